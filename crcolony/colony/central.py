@@ -1,0 +1,45 @@
+"""The central baseline (thesis 4.1, 5.3): one population over all robots, and roulette on the number of matings.
+
+Nothing else in the product selects centrally; this is what implicit selection is compared with.
+"""
+
+import numpy as np
+
+from crcolony.compiled import IntArray
+from crcolony.evolution.genotype import Schema
+from crcolony.evolution.lineage import Birth
+from crcolony.evolution.population import Child
+from crcolony.evolution.selection import roulette
+from crcolony.evolution.variation import Variation
+from crcolony.randomness import generator, new_streams
+from crcolony.robot.robot import Robot
+
+
+class CentralSelection:
+    """Breeds the next generation of all robots at once, from the matings of all agents."""
+
+    def __init__(self, schema: Schema, variation: Variation, seed: int) -> None:
+        self.stream = new_streams(seed, (2,), 1)[0]
+        self._schema = schema
+        self._variation = variation
+
+    def turn_over(self, robots: list[Robot], matings: IntArray) -> list[list[Birth]]:
+        """Give every robot children of parents drawn by roulette from everybody; return births by robot.
+
+        `matings` is (robots, agents), the fitness.
+        """
+        rng = generator(self.stream)
+        genotypes = np.concatenate([robot.subpopulation.genotypes for robot in robots]).copy()
+        ids = [name for robot in robots for name in robot.subpopulation.ids]
+        fitness = np.concatenate([matings[robot.row] for robot in robots]).astype(float)
+        births = []
+        for robot in robots:
+            children = []
+            for _ in robot.subpopulation.ids:
+                mother, father = roulette(fitness, 2, rng)
+                genes = self._variation.offspring(
+                    genotypes[mother], genotypes[father], self._schema, rng
+                )
+                children.append(Child(genes, ids[mother], ids[father]))
+            births.append(robot.turn_over(children))
+        return births

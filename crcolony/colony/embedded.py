@@ -1,0 +1,231 @@
+"""An embedded colony: arena and robots in one process, as fast as possible, the same history on every run.
+
+A tick is: actions into the world, the world on by one control period, everybody observes, every robot steps. Ticks
+run in compiled code until something rare happened to a robot; that is then done here, in the order of the robots:
+matings first, with the agents that met; then hand-overs; then turnovers.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from crcolony.colony.central import CentralSelection
+from crcolony.colony.history import Born, Died, Event, Lived, Mated, TurnedOver
+from crcolony.compiled import FloatArray, compiled
+from crcolony.config import Config
+from crcolony.evolution.lineage import Birth
+from crcolony.evolution.population import Subpopulation
+from crcolony.evolution.time_sharing import (
+    EpsilonGreedyOrder,
+    RandomOrder,
+    SoftmaxOrder,
+    TimeSharing,
+)
+from crcolony.evolution.variation import Variation
+from crcolony.robot.batch import habits_of, unborn_robots
+from crcolony.robot.genes import agent_schema
+from crcolony.robot.robot import Robot
+from crcolony.robot.settings import Life
+from crcolony.robot.state import DIED, MET, SLICE_OVER, Habits, Robots
+from crcolony.robot.step import step_robots
+from crcolony.world import body
+from crcolony.world.arena import Arena
+from crcolony.world.state import World
+from crcolony.world.tick import advance, command, observe
+
+
+@compiled
+def tick(world: World, robots: Robots, habits: Habits, actions: FloatArray) -> int:
+    """Let one control period pass for everybody; return the bits of all events."""
+    for i in range(actions.shape[0]):
+        command(world, i, actions[i])
+    advance(world)
+    observe(world)
+    due = world.observations.shape[0] - 1
+    return step_robots(robots, habits, world.observations[due], actions)
+
+
+@compiled
+def run_ticks(
+    world: World, robots: Robots, habits: Habits, actions: FloatArray, most: int
+) -> int:
+    """Run ticks until a robot has an event, at most so many; return how many were run."""
+    for count in range(most):
+        if tick(world, robots, habits, actions) != 0:
+            return count + 1
+    return most
+
+
+class EmbeddedColony:
+    """Robots in an arena, in this process. `events` takes every event of the history, in order."""
+
+    def __init__(self, config: Config, events: Callable[[Event], None]) -> None:
+        self.config = config
+        self.tick = 0
+        self.generation = 0
+        self.schema = agent_schema(config.learning, config.heredity)
+        self.arena = Arena(config.robots, config.arena, config.body, config.seed)
+        self.habits = habits_of(config.learning, config.life, config.body)
+        agents = config.life.agents
+        self.batch = unborn_robots(
+            config.robots, self.habits, agents, len(self.schema), config.seed
+        )
+        self.actions = np.zeros((config.robots, body.ACTION_WIDTH))
+        variation = Variation(config.heredity.crossover, config.heredity.mutation_probability)
+        self.robots = [
+            Robot(
+                self.batch,
+                row,
+                self.habits,
+                config.life,
+                Subpopulation(
+                    str(row),
+                    self.schema,
+                    variation,
+                    self.batch.genotypes[row],
+                    config.heredity.pool_limit,
+                ),
+                time_sharing_of(config.life),
+            )
+            for row in range(config.robots)
+        ]
+        self._central = (
+            CentralSelection(self.schema, variation, config.seed)
+            if config.selection == "central"
+            else None
+        )
+        self._record = events
+
+    def begin(self) -> None:
+        """Give every robot its first generation."""
+        for robot in self.robots:
+            self._report_births(robot.row, robot.begin())
+
+    def run(self, most_ticks: int) -> None:
+        """Live on for so many ticks, or until a generation ends, whichever is first."""
+        end, generation = self.tick + most_ticks, self.generation
+        while self.tick < end and self.generation == generation:
+            ran = run_ticks(
+                self.arena.world, self.batch, self.habits, self.actions, end - self.tick
+            )
+            self.tick += ran
+            events = self.batch.events
+            if events.any():
+                self._attend(events)
+
+    def _attend(self, events: np.ndarray) -> None:
+        for row in np.flatnonzero(events & DIED):
+            ids = self.robots[row].subpopulation.ids
+            self._record(Died(self.tick, int(row), ids[self.robots[row].agent]))
+        if (events & MET).any():
+            self._mate(np.flatnonzero(events & MET))
+        if (events & SLICE_OVER).any():
+            waiting = [
+                self.robots[row]
+                for row in np.flatnonzero(events & SLICE_OVER)
+                if not self.robots[row].hand_over()
+            ]
+            if waiting:
+                self._turn_over(waiting)
+
+    def _mate(self, rows: np.ndarray) -> None:
+        """Let every pair that met exchange genotypes, and each side decide by its own energy."""
+        observations = self.arena.world.observations[-1]
+        partners = observations[:, body.ENCOUNTER_ROBOT].astype(int)
+        for row in rows:
+            other = partners[row]
+            if other < row:
+                continue
+            one, two = self.robots[row], self.robots[other]
+            given, taken = one.exchange(), two.exchange()
+            own, partners_own = one.mate(taken), two.mate(given)
+            self._record(
+                Mated(
+                    tick=self.tick,
+                    robot=int(row),
+                    partner_robot=int(other),
+                    agent=given.agent,
+                    partner=taken.agent,
+                    energy=one.energy,
+                    partner_energy=two.energy,
+                    conceived=own is not None,
+                    partner_conceived=partners_own is not None,
+                )
+            )
+
+    def _turn_over(self, waiting: list[Robot]) -> None:
+        for robot in waiting:
+            pool = len(robot.subpopulation.pool)
+            self._record(TurnedOver(self.tick, robot.row, robot.generation + 1, pool))
+            self._report_lives(robot)
+        if self._central is None:
+            births = [robot.turn_over() for robot in waiting]
+        else:
+            births = self._central.turn_over(waiting, self.batch.matings)
+        for robot, born in zip(waiting, births, strict=True):
+            self._report_births(robot.row, born)
+        self.generation = min(robot.generation for robot in self.robots)
+
+    def _report_lives(self, robot: Robot) -> None:
+        batch, row = self.batch, robot.row
+        for place, agent in enumerate(robot.subpopulation.ids):
+            steps = int(batch.lived[row, place])
+            self._record(
+                Lived(
+                    tick=self.tick,
+                    robot=row,
+                    generation=robot.generation,
+                    agent=agent,
+                    steps=steps,
+                    energy=float(batch.felt[row, place]) / max(steps, 1),
+                    captures=int(batch.captures[row, place]),
+                    matings=int(batch.matings[row, place]),
+                )
+            )
+
+    def save(self) -> dict[str, Any]:
+        """Return all there is of the colony; `restore` makes an equal one go on identically."""
+        return {
+            "tick": self.tick,
+            "generation": self.generation,
+            "arena": self.arena.save(),
+            "robots": [robot.save() for robot in self.robots],
+            "actions": self.actions.copy(),
+            "central": self._central.stream.copy() if self._central else None,
+        }
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Become a saved colony of the same config; raises ValueError if it does not fit."""
+        if len(saved["robots"]) != len(self.robots):
+            raise ValueError("the saved colony has another number of robots")
+        self.tick, self.generation = saved["tick"], saved["generation"]
+        self.arena.restore(saved["arena"])
+        for robot, state in zip(self.robots, saved["robots"], strict=True):
+            robot.restore(state)
+        self.actions[...] = saved["actions"]
+        if self._central is not None:
+            self._central.stream[...] = saved["central"]
+
+    def _report_births(self, row: int, births: list[Birth]) -> None:
+        for birth in births:
+            self._record(
+                Born(
+                    self.tick,
+                    row,
+                    birth.generation,
+                    birth.agent,
+                    birth.genotype,
+                    birth.mother,
+                    birth.father,
+                )
+            )
+
+
+def time_sharing_of(life: Life) -> TimeSharing:
+    """Return the way of time sharing that a config names."""
+    if life.time_sharing == "epsilon_greedy":
+        return EpsilonGreedyOrder(life.slices, life.exploration)
+    if life.time_sharing == "softmax":
+        return SoftmaxOrder(life.slices, life.exploration)
+    return RandomOrder(life.slices)

@@ -1,0 +1,154 @@
+"""Genotypes: one array of numbers under a named, bounded schema (thesis 4.1), known by a hash of its content."""
+
+import hashlib
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from crcolony.compiled import FloatArray
+
+
+class GenotypeError(ValueError):
+    """Genes that do not fit their schema; the message names the gene."""
+
+
+@dataclass(frozen=True)
+class Normal:
+    """A gene of the first generation is drawn from a normal distribution."""
+
+    mean: float
+    sd: float
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """A gene of the first generation is drawn uniformly between two numbers."""
+
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Gene:
+    """One real-valued gene: its name, its range, how it starts, and how far a mutation carries it."""
+
+    name: str
+    low: float = -math.inf
+    high: float = math.inf
+    initial: Normal | Uniform = Normal(0.0, 1.0)
+    mutation_sd: float = 0.1
+
+
+@dataclass(frozen=True)
+class Schema:
+    """The genes of a species, in order. Two colonies can mate if their schemas have the same digest.
+
+    Raises ValueError for two genes of one name or an empty range.
+    """
+
+    genes: tuple[Gene, ...]
+
+    def __post_init__(self) -> None:
+        names = [gene.name for gene in self.genes]
+        if len(set(names)) != len(names):
+            twice = next(name for name in names if names.count(name) > 1)
+            raise ValueError(f"two genes are named {twice}")
+        for gene in self.genes:
+            if not gene.low <= gene.high:
+                raise ValueError(f"gene {gene.name}: empty range {gene.low} to {gene.high}")
+
+    def __len__(self) -> int:
+        return len(self.genes)
+
+    @cached_property
+    def lows(self) -> FloatArray:
+        """Lowest value of every gene, shape (genes,)."""
+        return _frozen([gene.low for gene in self.genes])
+
+    @cached_property
+    def highs(self) -> FloatArray:
+        """Highest value of every gene, shape (genes,)."""
+        return _frozen([gene.high for gene in self.genes])
+
+    @cached_property
+    def mutation_sds(self) -> FloatArray:
+        """Standard deviation of a mutation of every gene, shape (genes,)."""
+        return _frozen([gene.mutation_sd for gene in self.genes])
+
+    @cached_property
+    def digest(self) -> str:
+        """A hash of names and ranges."""
+        text = "\n".join(f"{gene.name} {gene.low!r} {gene.high!r}" for gene in self.genes)
+        return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+
+    def index(self, name: str) -> int:
+        """Return the place of a gene; raises KeyError for an unknown name."""
+        for place, gene in enumerate(self.genes):
+            if gene.name == name:
+                return place
+        raise KeyError(name)
+
+    def random(self, rng: np.random.Generator) -> FloatArray:
+        """Return genes of the first generation, within their ranges, shape (genes,)."""
+        genes = [
+            rng.normal(gene.initial.mean, gene.initial.sd)
+            if isinstance(gene.initial, Normal)
+            else rng.uniform(gene.initial.low, gene.initial.high)
+            for gene in self.genes
+        ]
+        return np.clip(np.array(genes), self.lows, self.highs)
+
+    def validate(self, genes: FloatArray) -> None:
+        """Raise GenotypeError if genes have the wrong length, are not finite, or leave their range."""
+        if genes.shape != (len(self),):
+            raise GenotypeError(f"expected {len(self)} genes, got shape {genes.shape}")
+        wrong = ~((genes >= self.lows) & (genes <= self.highs) & np.isfinite(genes))
+        if wrong.any():
+            place = int(np.argmax(wrong))
+            gene = self.genes[place]
+            raise GenotypeError(
+                f"gene {gene.name}: {genes[place]} is not within {gene.low} to {gene.high}"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Genotype:
+    """Genes that are checked, cannot change, and are equal if their content is.
+
+    Raises GenotypeError as `Schema.validate` does.
+    """
+
+    schema: Schema
+    genes: FloatArray
+
+    def __post_init__(self) -> None:
+        self.schema.validate(self.genes)
+        object.__setattr__(self, "genes", _frozen(self.genes))
+
+    @cached_property
+    def digest(self) -> str:
+        """The content hash."""
+        return genotype_digest(self.schema, self.genes)
+
+    def __getitem__(self, name: str) -> float:
+        return float(self.genes[self.schema.index(name)])
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Genotype) and self.digest == other.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+
+def genotype_digest(schema: Schema, genes: FloatArray) -> str:
+    """Return the content hash of bare genes: the same numbers under the same schema, the same hash."""
+    content = np.ascontiguousarray(genes, dtype="<f8").tobytes()
+    return hashlib.blake2b(schema.digest.encode() + content, digest_size=16).hexdigest()
+
+
+def _frozen(values: list[float] | FloatArray) -> FloatArray:
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array

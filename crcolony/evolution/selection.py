@@ -1,0 +1,29 @@
+"""Roulette wheel (eq. 4.1) and tournament selection: for the central baseline only; a colony does not select."""
+
+import numpy as np
+
+from crcolony.compiled import FloatArray, IntArray
+
+
+def roulette(fitness: FloatArray, count: int, rng: np.random.Generator) -> IntArray:
+    """Draw `count` individuals with probability proportional to their fitness (eq. 4.1); uniformly if all are 0.
+
+    Raises ValueError for a fitness that is negative or not finite.
+    """
+    if not np.isfinite(fitness).all() or (fitness < 0.0).any():
+        raise ValueError("roulette needs finite fitness of 0 or more")
+    wheel = np.cumsum(fitness if fitness.any() else np.ones_like(fitness))
+    return np.searchsorted(wheel, rng.random(count) * wheel[-1], side="right").astype(np.int64)
+
+
+def tournament(
+    fitness: FloatArray, count: int, size: int, rng: np.random.Generator
+) -> IntArray:
+    """Draw `count` individuals, each the fittest of `size` drawn uniformly with replacement.
+
+    Raises ValueError for a size below 1.
+    """
+    if size < 1:
+        raise ValueError(f"a tournament needs somebody in it, not {size}")
+    entrants = rng.integers(fitness.size, size=(count, size))
+    return entrants[np.arange(count), np.argmax(fitness[entrants], axis=1)].astype(np.int64)

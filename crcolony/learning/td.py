@@ -1,0 +1,75 @@
+"""Temporal-difference learning with tables, equations 2.11 to 2.14, and linearly, 2.23.
+
+Tables are V (states,) and Q (states, actions), changed in place. Each update returns its TD error.
+The value of a terminal state is 0, whatever its entry says.
+"""
+
+import numpy as np
+
+from crcolony.compiled import FloatArray, IntArray, compiled
+from crcolony.learning.policies import greedy
+
+
+@compiled
+def td_error(reward: float, gamma: float, value_next: float, value: float) -> float:
+    """delta_t = r_(t+1) + gamma V(s_(t+1)) - V(s_t) (eq. 2.11)."""
+    return reward + gamma * value_next - value
+
+
+@compiled
+def td0(
+    v: FloatArray,
+    state: int,
+    reward: float,
+    state_next: int,
+    terminal: bool,
+    alpha: float,
+    gamma: float,
+) -> float:
+    """TD(0) (eq. 2.12)."""
+    value_next = 0.0 if terminal else v[state_next]
+    delta = td_error(reward, gamma, value_next, v[state])
+    v[state] += alpha * delta
+    return delta
+
+
+@compiled
+def sarsa0(
+    q: FloatArray,
+    state: int,
+    action: int,
+    reward: float,
+    state_next: int,
+    action_next: int,
+    terminal: bool,
+    alpha: float,
+    gamma: float,
+) -> float:
+    """Sarsa(0) (eq. 2.13): on-policy, it values the action that is really taken next."""
+    value_next = 0.0 if terminal else q[state_next, action_next]
+    delta = td_error(reward, gamma, value_next, q[state, action])
+    q[state, action] += alpha * delta
+    return delta
+
+
+@compiled
+def q_learning(
+    q: FloatArray,
+    state: int,
+    action: int,
+    reward: float,
+    state_next: int,
+    terminal: bool,
+    alpha: float,
+    gamma: float,
+) -> float:
+    """One-step Q-learning (eq. 2.14): off-policy, it values the best action."""
+    value_next = 0.0 if terminal else q[state_next, greedy(q[state_next], 0.0)]
+    delta = td_error(reward, gamma, value_next, q[state, action])
+    q[state, action] += alpha * delta
+    return delta
+
+
+def linear_values(theta: FloatArray, indices: IntArray, values: FloatArray) -> FloatArray:
+    """Q_s (actions,) of the features of a state, linear in `theta` (n, actions) (eq. 2.23)."""
+    return np.asarray(values @ theta[indices], dtype=np.float64)

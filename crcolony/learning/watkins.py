@@ -1,0 +1,82 @@
+"""Watkins's Q(lambda) with linear function approximation, Algorithm 2.1.
+
+The thesis runs it on normalised RBF networks; any feature map does. Off-policy: it learns about the
+greedy policy, so an exploratory action ends all traces. As in the algorithm, Q_s is carried over
+from the step before, not computed again after the update.
+"""
+
+import numpy as np
+
+from crcolony.compiled import FloatArray, IntArray
+from crcolony.learning.features import FeatureMap
+from crcolony.learning.policies import softmax
+from crcolony.learning.td import linear_values, td_error
+from crcolony.learning.traces import accumulate
+
+
+class WatkinsQLambda:
+    """Q(lambda) with accumulating traces and softmax action selection.
+
+    `temperature` 0 is greedy and may be set at any time. `theta` (n, actions) are the parameters.
+    """
+
+    def __init__(
+        self,
+        features: FeatureMap,
+        actions: int,
+        alpha: float,
+        gamma: float,
+        lambda_: float,
+        temperature: float = 0.0,
+    ) -> None:
+        """Raises ValueError for no action, or a meta-parameter out of its range."""
+        if actions < 1:
+            raise ValueError(f"a learner needs an action, got {actions}")
+        if not (0.0 <= gamma <= 1.0 and 0.0 <= lambda_ <= 1.0):
+            raise ValueError(f"gamma and lambda are in [0, 1], got {gamma} and {lambda_}")
+        if alpha < 0.0 or temperature < 0.0:
+            raise ValueError(f"not negative: alpha {alpha} and temperature {temperature}")
+        self.features = features
+        self.alpha = alpha
+        self.gamma = gamma
+        self.lambda_ = lambda_
+        self.temperature = temperature
+        self.theta: FloatArray = np.zeros((features.size, actions))
+        self.e: FloatArray = np.zeros((features.size, actions))
+        self._values: FloatArray = np.zeros(actions)
+        self._scratch: FloatArray = np.zeros(actions)
+        self._action = 0
+
+    def start(self, state: FloatArray, u: float) -> int:
+        """Begin an episode in `state` (d,) and choose the first action with the draw `u`."""
+        self.e[:] = 0.0
+        features = self.features(state)
+        return self._take(features, linear_values(self.theta, *features), u)
+
+    def step(self, reward: float, state: FloatArray, terminal: bool, u: float) -> int:
+        """Learn from the last action's `reward` and next `state` (d,), and choose the next action.
+
+        After a terminal state there is none: -1.
+        """
+        features = self.features(state)
+        values = linear_values(self.theta, *features)
+        best = 0.0 if terminal else float(values.max())
+        delta = td_error(reward, self.gamma, best, float(self._values[self._action]))
+        self.theta += self.alpha * delta * self.e
+        if terminal:
+            self.e[:] = 0.0
+            return -1
+        return self._take(features, values, u)
+
+    def values(self, state: FloatArray) -> FloatArray:
+        """Q_s (actions,) of `state` (d,)."""
+        return linear_values(self.theta, *self.features(state))
+
+    def _take(self, features: tuple[IntArray, FloatArray], values: FloatArray, u: float) -> int:
+        action = softmax(values, self.temperature, self._scratch, u)
+        is_greedy = values[action] == values.max()  # ties count
+        decay = self.gamma * self.lambda_ if is_greedy else 0.0
+        accumulate(self.e, *features, action, decay)
+        self._values = values
+        self._action = action
+        return action

@@ -1,0 +1,52 @@
+"""One small counter-based generator whose whole state is two numbers (Steele, Lea and Flood 2014: SplitMix64).
+
+A stream is an array `[key, counter]` of uint64. Drawing mixes `key + counter * golden` and counts on, so a stream
+can be saved, restored and copied as data, and the same stream gives the same numbers in a batch of 1 and of N.
+Rare things (an offspring, a new order of agents) take a `numpy.random.Generator` seeded by one draw.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crcolony.compiled import compiled
+
+Stream = NDArray[np.uint64]
+
+_GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+_MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
+_MIX_2 = np.uint64(0x94D049BB133111EB)
+_SHIFT_30 = np.uint64(30)
+_SHIFT_27 = np.uint64(27)
+_SHIFT_31 = np.uint64(31)
+_SHIFT_11 = np.uint64(11)
+_ONE = np.uint64(1)
+_UNIT = 1.0 / 9007199254740992.0
+
+
+def new_streams(seed: int, names: tuple[int, ...], count: int) -> NDArray[np.uint64]:
+    """Return `count` independent streams, shape (count, 2), for the purpose called `names` under one root seed."""
+    keys = np.random.SeedSequence(seed, spawn_key=names).generate_state(count, np.uint64)
+    streams = np.zeros((count, 2), dtype=np.uint64)
+    streams[:, 0] = keys
+    return streams
+
+
+@compiled
+def draw_bits(stream: Stream) -> np.uint64:
+    """Draw 64 random bits and count the stream on."""
+    stream[1] += _ONE
+    bits = stream[0] + stream[1] * _GOLDEN
+    bits = (bits ^ (bits >> _SHIFT_30)) * _MIX_1
+    bits = (bits ^ (bits >> _SHIFT_27)) * _MIX_2
+    return bits ^ (bits >> _SHIFT_31)
+
+
+@compiled
+def draw(stream: Stream) -> float:
+    """Draw a number uniform in [0, 1)."""
+    return np.float64(draw_bits(stream) >> _SHIFT_11) * _UNIT
+
+
+def generator(stream: Stream) -> np.random.Generator:
+    """Return numpy's generator for one rare event, seeded by one draw of the stream."""
+    return np.random.Generator(np.random.Philox(key=int(draw_bits(stream))))

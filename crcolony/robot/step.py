@@ -1,0 +1,250 @@
+"""One control step of a robot: live, choose a module, learn from the last action, choose the next (Paper III).
+
+This is the readable definition and the compiled code at once, for one robot of a batch. What is rare (a mating, a
+hand-over, a turnover) is only marked here, as an event, and done in `robot.py`.
+"""
+
+from crcolony.compiled import FloatArray, compiled
+from crcolony.learning.features import grid_rbf_value, tile_indices
+from crcolony.learning.policies import greedy, hyperbolic_decay, softmax
+from crcolony.learning.shaping import potential_shaping
+from crcolony.learning.traces import action_values, forget, learn, settle, visit
+from crcolony.randomness import draw
+from crcolony.robot.energy import next_energy
+from crcolony.robot.genes import ALPHA, GAMMA, LAMBDA, POTENTIAL, TAU, TAU_DECAY
+from crcolony.robot.state import DIED, MET, SLICE_OVER, Habits, Robots
+from crcolony.world import body
+
+
+@compiled
+def step_robot(
+    robots: Robots, habits: Habits, i: int, observation: FloatArray, action: FloatArray
+) -> None:
+    """Let robot i live one control period: read its observation (row), write its action (row) and its events.
+
+    The step that ends a slice learns from the last action and then stops the wheels, for the next agent to start.
+    """
+    agent = robots.agent[i]
+    robots.events[i] = 0
+    for column in range(body.ACTION_WIDTH):
+        action[column] = 0.0
+    robots.steps[i] += 1
+    robots.left[i] -= 1
+    if robots.energies[i, agent] > 0.0:
+        _live(robots, habits, i, agent, observation)
+    if robots.energies[i, agent] > 0.0:
+        _perceive(robots, habits, i, observation)
+        _learn_and_choose(robots, habits, i, agent, observation)
+        if robots.left[i] > 0:
+            _drive(robots, habits, i, action)
+    if robots.left[i] == 0:
+        _suspend(robots, habits, i, agent)
+        robots.events[i] += SLICE_OVER
+
+
+@compiled
+def step_robots(
+    robots: Robots, habits: Habits, observations: FloatArray, actions: FloatArray
+) -> int:
+    """Let all robots live one control period, rows (N, width) each; return the bits of all events together."""
+    events = 0
+    for i in range(robots.agent.shape[0]):
+        step_robot(robots, habits, i, observations[i], actions[i])
+        events |= robots.events[i]
+    return events
+
+
+@compiled
+def _live(robots: Robots, habits: Habits, i: int, agent: int, observation: FloatArray) -> None:
+    """Spend and regain energy; count what was captured and who was met; die at 0."""
+    charge = observation[body.CHARGE]
+    energy = next_energy(robots.energies[i, agent], charge, habits.energy_per_step)
+    robots.energies[i, agent] = energy
+    robots.lived[i, agent] += 1
+    robots.felt[i, agent] += energy
+    if charge > 0.0 and observation[body.JAW_HOLDS] == 0.0:
+        robots.captures[i, agent] += 1
+    if observation[body.ENCOUNTER] > 0.0:
+        robots.matings[i, agent] += 1
+        robots.events[i] += MET
+    if energy <= 0.0:
+        robots.events[i] += DIED
+        _suspend(robots, habits, i, agent)
+
+
+@compiled
+def _perceive(robots: Robots, habits: Habits, i: int, observation: FloatArray) -> None:
+    """Note which targets are visible to their modules, and on which side they were seen last."""
+    for m in range(habits.targets.shape[0]):
+        if observation[habits.successes[m]] > 0.0:
+            robots.rest[i, m] = habits.rests[m]
+        elif robots.rest[i, m] > 0:
+            robots.rest[i, m] -= 1
+        robots.visible[m] = 0.0
+        target = habits.targets[m]
+        if observation[target] > 0.0 and robots.rest[i, m] == 0:
+            robots.visible[m] = 1.0
+            robots.sides[i, m] = 1 if observation[target + body.BEARING] < 0.0 else 0
+
+
+@compiled
+def select_module(
+    genes: FloatArray, energy: float, visible: FloatArray, modules: int
+) -> int:
+    """Return the module with the largest selector output; the first module's output is 0 by definition.
+
+    `genes` begins with a row for every other module: weights of the bias, the energy, and each visible target.
+    """
+    best, highest = 0, 0.0
+    inputs = 2 + modules
+    for m in range(1, modules):
+        row = (m - 1) * inputs
+        output = genes[row] + genes[row + 1] * energy
+        for k in range(modules):
+            output += genes[row + 2 + k] * visible[k]
+        if output > highest:
+            best, highest = m, output
+    return best
+
+
+@compiled
+def _learn_and_choose(
+    robots: Robots, habits: Habits, i: int, agent: int, observation: FloatArray
+) -> None:
+    """Select the module in control; learn from the last action (Algorithm 2.2 with eq. 3.2); choose the next.
+
+    A module that hands over learns from its last action too, as if it went on greedily; then its traces end.
+    """
+    genes = robots.genotypes[i, agent]
+    modules = habits.targets.shape[0]
+    before = robots.module[i]
+    module = select_module(genes, robots.energies[i, agent], robots.visible, modules)
+    if before >= 0 and before != module:
+        potential = _look(robots, habits, i, agent, before, observation)
+        preferred = greedy(robots.values, draw(robots.streams[i]))
+        _learn(robots, habits, i, agent, before, observation, potential, preferred)
+        _suspend(robots, habits, i, agent)
+    potential = _look(robots, habits, i, agent, module, observation)
+    own = habits.selector_genes + module * habits.module_genes
+    tau = hyperbolic_decay(genes[own + TAU], genes[own + TAU_DECAY], robots.used[i, agent, module])
+    chosen = softmax(robots.values, tau, robots.chances, draw(robots.streams[i]))
+    if before == module:
+        _learn(robots, habits, i, agent, module, observation, potential, chosen)
+    visit(
+        robots.weights[i, agent, module],
+        robots.traces[i],
+        robots.live[i],
+        robots.clock[i],
+        robots.next_tiles,
+        chosen,
+        genes[own + GAMMA] * genes[own + LAMBDA],
+        genes[own + ALPHA] / habits.offsets.shape[0],
+    )
+    for tiling in range(habits.offsets.shape[0]):
+        robots.tiles[i, tiling] = robots.next_tiles[tiling]
+    robots.module[i] = module
+    robots.action[i] = chosen
+    robots.potential[i] = potential
+    robots.used[i, agent, module] += 1
+
+
+@compiled
+def _look(
+    robots: Robots, habits: Habits, i: int, agent: int, module: int, observation: FloatArray
+) -> float:
+    """Write a module's active tiles and action values of the present state to scratch; return its potential.
+
+    A target out of sight has two tiles of its own in every tiling (last seen left, last seen right) and no potential.
+    """
+    genes = robots.genotypes[i, agent]
+    own = habits.selector_genes + module * habits.module_genes
+    potential = 0.0
+    if robots.visible[module] > 0.0:
+        distance_m = observation[habits.targets[module] + body.DISTANCE]
+        bearing_rad = observation[habits.targets[module] + body.BEARING]
+        robots.place[0] = distance_m
+        robots.place[1] = bearing_rad
+        tile_indices(
+            robots.place,
+            habits.low,
+            habits.high,
+            habits.tiles,
+            habits.offsets,
+            robots.next_tiles,
+        )
+        potential = grid_rbf_value(
+            distance_m,
+            abs(bearing_rad),
+            habits.distances,
+            habits.distance_width_m,
+            habits.bearings,
+            habits.bearing_width_rad,
+            genes[own + POTENTIAL : own + habits.module_genes],
+            robots.along,
+            robots.across,
+        )
+    else:
+        for tiling in range(habits.offsets.shape[0]):
+            robots.next_tiles[tiling] = habits.grid_tiles + 2 * tiling + robots.sides[i, module]
+    action_values(
+        robots.weights[i, agent, module],
+        robots.traces[i],
+        robots.clock[i],
+        robots.next_tiles,
+        genes[own + ALPHA] / habits.offsets.shape[0],
+        robots.values,
+    )
+    return potential
+
+
+@compiled
+def _learn(
+    robots: Robots,
+    habits: Habits,
+    i: int,
+    agent: int,
+    module: int,
+    observation: FloatArray,
+    potential: float,
+    following: int,
+) -> None:
+    """Update the module's weights by the TD error of the last action (eq. 2.25 and 3.1)."""
+    own = habits.selector_genes + module * habits.module_genes
+    gamma = robots.genotypes[i, agent, own + GAMMA]
+    rate = robots.genotypes[i, agent, own + ALPHA] / habits.offsets.shape[0]
+    weights = robots.weights[i, agent, module]
+    reward = 1.0 if observation[habits.successes[module]] > 0.0 else 0.0
+    delta = reward + potential_shaping(gamma, potential, robots.potential[i])
+    delta += gamma * robots.values[following]
+    for tiling in range(habits.offsets.shape[0]):
+        tile = robots.tiles[i, tiling]
+        settle(weights, robots.traces[i], robots.clock[i], tile, rate)
+        delta -= weights[tile, robots.action[i]]
+    learn(robots.clock[i], delta)
+
+
+@compiled
+def _suspend(robots: Robots, habits: Habits, i: int, agent: int) -> None:
+    """End the traces of the module in control, paying what is owed to its weights."""
+    module = robots.module[i]
+    if module < 0:
+        return
+    own = habits.selector_genes + module * habits.module_genes
+    rate = robots.genotypes[i, agent, own + ALPHA] / habits.offsets.shape[0]
+    weights = robots.weights[i, agent, module]
+    forget(weights, robots.traces[i], robots.live[i], robots.clock[i], rate)
+    robots.module[i] = -1
+
+
+@compiled
+def _drive(robots: Robots, habits: Habits, i: int, action: FloatArray) -> None:
+    """Write the chosen action: wheels, the module's actuator, its lamp, and the time to live."""
+    module = robots.module[i]
+    chosen = robots.action[i]
+    action[body.WHEEL_LEFT] = habits.wheels[chosen, 0]
+    action[body.WHEEL_RIGHT] = habits.wheels[chosen, 1]
+    actuator = habits.actuators[module]
+    action[actuator] = 1.0 if robots.rest[i, module] == 0 else 0.0
+    for c in range(3):
+        action[body.LED + c] = habits.lamps[module, c]
+    action[body.TTL] = habits.action_ttl_s

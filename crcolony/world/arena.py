@@ -1,0 +1,219 @@
+"""The arena: nature, shared by all robots and selecting none (thesis 4.6). It owns the arrays and their physics."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from crcolony.compiled import FloatArray
+from crcolony.randomness import draw, new_streams
+from crcolony.world import body, settings
+from crcolony.world.arena_size import check_fit, pack_count, size_m
+from crcolony.world.neighbours import new_cells, sort_into_cells
+from crcolony.world.packs import place_pack
+from crcolony.world.physics import Space
+from crcolony.world.state import SAVED, Rules, World
+from crcolony.world.tick import advance, command, observe
+
+_COLOURS = np.eye(3)
+_MOST_NEAR = 512
+
+
+class Arena:
+    """A rectangle with robots, packs, walls and pillars. `world` is all of it; compiled code works on that.
+
+    Raises ValueError naming the setting if robots, packs or obstacles do not fit.
+    """
+
+    def __init__(
+        self, robots: int, arena: settings.Arena, rodent: settings.CyberRodent, seed: int
+    ) -> None:
+        self.robots = robots
+        self.period_s = arena.control_period_s
+        width_m, height_m = size_m(arena, robots)
+        packs = pack_count(arena, robots)
+        check_fit(arena, rodent, robots)
+        inner_walls = np.array(arena.inner_walls, dtype=float).reshape(-1, 4)
+        pillars = np.array(arena.pillars, dtype=float).reshape(-1, 3)
+        rules = _rules(arena, rodent, width_m, height_m)
+        self._space = Space(
+            robots,
+            rodent.radius_m,
+            rodent.mass_kg,
+            np.vstack([_outer_walls(width_m, height_m), inner_walls]),
+            pillars,
+            rules.step_s,
+        )
+        cell_m = _farthest_search_m(arena, rodent)
+        self.world = World(
+            poses=np.zeros((robots, 3)),
+            headings=np.zeros((robots, 2)),
+            velocities=np.zeros((robots, 3)),
+            speeds=np.zeros(robots),
+            wheels=np.zeros((robots, 2)),
+            actions=np.zeros((robots, body.ACTION_WIDTH)),
+            pending=np.zeros((rodent.action_latency_steps + 1, robots, body.ACTION_WIDTH)),
+            left_s=np.zeros(robots),
+            packs=np.zeros((packs, 2)),
+            pack_colours=_COLOURS[np.arange(packs) % 3],
+            pack_charges=np.zeros(packs),
+            pack_holders=np.full(packs, -1),
+            holding=np.full(robots, -1),
+            charges=np.zeros(robots),
+            batteries=np.ones(robots),
+            partners=np.full(robots, -1),
+            nonces=np.zeros(robots),
+            observations=np.zeros(
+                (rodent.observation_latency_steps + 1, robots, body.OBSERVATION_WIDTH)
+            ),
+            stream=new_streams(seed, (0,), 1)[0],
+            walls=inner_walls,
+            pillars=pillars,
+            noise=_noise(rodent.noise),
+            near=np.zeros((min(robots, _MOST_NEAR), 4)),
+            blobs=np.zeros((max(1, min(packs, _MOST_NEAR)), 4)),
+            contacts=np.zeros((4 * robots, 3)),
+            robot_cells=new_cells(width_m, height_m, cell_m, robots),
+            pack_cells=new_cells(width_m, height_m, cell_m, packs),
+            physics=self._space.physics,
+            rules=rules,
+        )
+        self._scatter()
+
+    def observe(self) -> FloatArray:
+        """Return what every robot senses now, shape (N, OBSERVATION_WIDTH); call it once after every tick."""
+        observe(self.world)
+        due: FloatArray = self.world.observations[-1]
+        return due
+
+    def act(self, robot: int, action: FloatArray) -> FloatArray:
+        """Command one robot as `Body.act` says; return what will be applied."""
+        applied = body.clip_action(action)
+        command(self.world, robot, applied)
+        return applied
+
+    def advance(self) -> None:
+        """Let one control period pass."""
+        advance(self.world)
+
+    def save(self) -> dict[str, np.ndarray]:
+        """Return all that changes in the world, as copies; `restore` makes an equal arena go on identically."""
+        return {name: getattr(self.world, name).copy() for name in SAVED}
+
+    def restore(self, saved: Mapping[str, np.ndarray]) -> None:
+        """Go back to a saved world of the same settings; raises ValueError if its shapes differ."""
+        for name in SAVED:
+            field = getattr(self.world, name)
+            if name not in saved or saved[name].shape != field.shape:
+                raise ValueError(f"the saved world does not fit this arena: {name}")
+            field[...] = saved[name]
+        self._sort()
+
+    def _scatter(self) -> None:
+        """Place robots and packs at random, robots clear of each other and of obstacles."""
+        world, rules = self.world, self.world.rules
+        margin_m = rules.radius_m + 0.01
+        half_x, half_y = 0.5 * rules.width_m - margin_m, 0.5 * rules.height_m - margin_m
+        placed: list[tuple[float, float]] = []
+        while len(placed) < self.robots:
+            for _ in range(200):
+                x = (2.0 * draw(world.stream) - 1.0) * half_x
+                y = (2.0 * draw(world.stream) - 1.0) * half_y
+                if self._is_free(x, y, placed):
+                    break
+            placed.append((x, y))
+        world.poses[:, :2] = placed
+        for i in range(self.robots):
+            world.poses[i, 2] = (2.0 * draw(world.stream) - 1.0) * math.pi
+        self._sort()
+        for pack in range(world.packs.shape[0]):
+            place_pack(world, pack)
+            sort_into_cells(world.pack_cells, world.packs)
+
+    def _is_free(self, x: float, y: float, placed: list[tuple[float, float]]) -> bool:
+        radius_m = self.world.rules.radius_m
+        if any(math.hypot(x - px, y - py) < 2.0 * radius_m for px, py in placed):
+            return False
+        return all(
+            math.hypot(x - px, y - py) >= radius_m + pr for px, py, pr in self.world.pillars
+        ) and all(
+            _wall_clearance(wall, x, y) >= radius_m for wall in self.world.walls
+        )
+
+    def _sort(self) -> None:
+        world = self.world
+        world.headings[:, 0] = np.cos(world.poses[:, 2])
+        world.headings[:, 1] = np.sin(world.poses[:, 2])
+        sort_into_cells(world.robot_cells, world.poses)
+        sort_into_cells(world.pack_cells, world.packs)
+
+
+def _outer_walls(width_m: float, height_m: float) -> FloatArray:
+    x, y = 0.5 * width_m, 0.5 * height_m
+    return np.array([[-x, -y, x, -y], [x, -y, x, y], [x, y, -x, y], [-x, y, -x, -y]])
+
+
+def _wall_clearance(wall: FloatArray, x: float, y: float) -> float:
+    along = wall[2:] - wall[:2]
+    to = np.array([x, y]) - wall[:2]
+    share = np.clip(np.dot(to, along) / max(np.dot(along, along), 1e-12), 0.0, 1.0)
+    return float(np.hypot(*(to - share * along)))
+
+
+def _farthest_search_m(arena: settings.Arena, rodent: settings.CyberRodent) -> float:
+    reach_m = max(rodent.ir_range_m, rodent.proximity_range_m) + 2.0 * rodent.radius_m
+    return max(
+        rodent.camera_range_m if rodent.camera else 0.0,
+        reach_m if rodent.infrared else 0.0,
+        rodent.hearing_range_m if rodent.microphones else 0.0,
+        rodent.jaw_reach_m,
+        rodent.encounter_range_m,
+        arena.pack_clearance_m,
+    )
+
+
+def _noise(noise: settings.Noise) -> FloatArray:
+    deviations = np.zeros(body.OBSERVATION_WIDTH)
+    for what in (body.PACK, body.FACE, body.TAIL):
+        deviations[what + body.DISTANCE] = noise.distance_m
+        deviations[what + body.BEARING] = noise.bearing_rad
+    deviations[body.IR_RANGE] = noise.proximity_m
+    deviations[body.PROXIMITY : body.PROXIMITY + body.PROXIMITY_SENSORS] = noise.proximity_m
+    deviations[body.GYRO] = noise.gyro_rad_s
+    deviations[body.ACCELERATION : body.ACCELERATION + 2] = noise.acceleration_m_s2
+    deviations[body.WHEELS : body.WHEELS + 2] = noise.wheel_m_s
+    return deviations
+
+
+def _rules(
+    arena: settings.Arena, rodent: settings.CyberRodent, width_m: float, height_m: float
+) -> Rules:
+    return Rules(
+        width_m=width_m,
+        height_m=height_m,
+        step_s=arena.control_period_s / arena.physics_steps,
+        physics_steps=arena.physics_steps,
+        wall_turn_rad=arena.wall_turn_rad,
+        pack_charge=arena.pack_charge,
+        pack_charge_per_step=arena.pack_charge_per_step,
+        pack_wall_margin_m=arena.pack_wall_margin_m,
+        pack_clearance_m=arena.pack_clearance_m,
+        radius_m=rodent.radius_m,
+        track_m=rodent.track_m,
+        camera=rodent.camera,
+        camera_range_m=rodent.camera_range_m,
+        camera_cosine=math.cos(rodent.camera_half_angle_rad),
+        occlusion=rodent.occlusion,
+        infrared=rodent.infrared,
+        ir_range_m=rodent.ir_range_m,
+        proximity_range_m=rodent.proximity_range_m,
+        inertial=rodent.inertial,
+        microphones=rodent.microphones,
+        hearing_range_m=rodent.hearing_range_m,
+        jaw_reach_m=rodent.jaw_reach_m,
+        jaw_cosine=math.cos(rodent.jaw_half_angle_rad),
+        encounter_range_m=rodent.encounter_range_m,
+        encounter_cosine=math.cos(rodent.encounter_half_angle_rad),
+        battery_drain=rodent.battery_drain_per_s * arena.control_period_s,
+        noisy=any(getattr(rodent.noise, name) > 0.0 for name in rodent.noise.__struct_fields__),
+    )

@@ -1,0 +1,64 @@
+"""Encounters: two robots with their beacons on face each other within infrared range (thesis 4.5, 5.2)."""
+
+import math
+
+from crcolony.compiled import compiled
+from crcolony.randomness import draw_bits
+from crcolony.world import body
+from crcolony.world.neighbours import find_near
+from crcolony.world.senses import hidden, in_view
+from crcolony.world.state import World
+
+_NONCE_UNIT = 2**16
+
+
+@compiled
+def report_encounters(world: World) -> None:
+    """Tell every robot whom it encounters: at most one each, the nearest pair first, then the smaller index."""
+    world.partners[:] = -1
+    pairs = 0
+    for i in range(world.poses.shape[0]):
+        if world.actions[i, body.BEACON] >= 0.5 and pairs < world.contacts.shape[0]:
+            pairs = _pairs_of(world, i, pairs)
+    for _ in range(pairs):
+        nearest, best = math.inf, -1
+        for k in range(pairs):
+            i, j = int(world.contacts[k, 1]), int(world.contacts[k, 2])
+            free = world.partners[i] < 0 and world.partners[j] < 0
+            if free and world.contacts[k, 0] < nearest:
+                nearest, best = world.contacts[k, 0], k
+        if best < 0:
+            break
+        i, j = int(world.contacts[best, 1]), int(world.contacts[best, 2])
+        world.partners[i], world.partners[j] = j, i
+        nonce = float(draw_bits(world.stream) // _NONCE_UNIT)
+        world.nonces[i], world.nonces[j] = nonce, nonce
+
+
+@compiled
+def _pairs_of(world: World, i: int, pairs: int) -> int:
+    """Add the pairs (i, j > i) that could make contact to `world.contacts`; return how many there are now."""
+    rules = world.rules
+    x, y = world.poses[i, 0], world.poses[i, 1]
+    count = find_near(
+        world.robot_cells, world.poses, x, y, rules.encounter_range_m, world.near
+    )
+    for k in range(count):
+        j = int(world.near[k, 0])
+        if j <= i or world.actions[j, body.BEACON] < 0.5:
+            continue
+        dx, dy, squared = world.near[k, 1], world.near[k, 2], world.near[k, 3]
+        ahead = dx * world.headings[i, 0] + dy * world.headings[i, 1]
+        ahead_of_other = -dx * world.headings[j, 0] - dy * world.headings[j, 1]
+        if (
+            in_view(ahead, squared, rules.encounter_cosine)
+            and in_view(ahead_of_other, squared, rules.encounter_cosine)
+            and not hidden(world, count, x, y, dx, dy, j)
+            and pairs < world.contacts.shape[0]
+        ):
+            world.contacts[pairs, 0] = squared
+            world.contacts[pairs, 1] = i
+            world.contacts[pairs, 2] = j
+            pairs += 1
+    return pairs
+

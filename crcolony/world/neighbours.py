@@ -1,0 +1,91 @@
+"""Who is near: points sorted into square cells, so that a search looks at nine cells and not at everybody."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from crcolony.compiled import FloatArray, IntArray, compiled
+
+
+class Cells(NamedTuple):
+    """Points in order of their cell. The points of cell c are `order[start[c]:start[c + 1]]`."""
+
+    grid: FloatArray
+    """x and y of the lower left corner (m), cells per metre"""
+    shape: IntArray
+    """columns, rows"""
+    start: IntArray
+    """(columns * rows + 1,)"""
+    cell: IntArray
+    """(points,) the cell of every point"""
+    order: IntArray
+    """(points,)"""
+
+
+def new_cells(width_m: float, height_m: float, cell_m: float, points: int) -> Cells:
+    """Return empty cells at least `cell_m` wide that cover a rectangle around the origin."""
+    columns = max(1, int(width_m / cell_m))
+    rows = max(1, int(height_m / cell_m))
+    per_metre = min(columns / width_m, rows / height_m)
+    return Cells(
+        grid=np.array([-0.5 * width_m, -0.5 * height_m, per_metre]),
+        shape=np.array([columns, rows]),
+        start=np.zeros(columns * rows + 1, dtype=np.int64),
+        cell=np.zeros(points, dtype=np.int64),
+        order=np.zeros(points, dtype=np.int64),
+    )
+
+
+@compiled
+def _along(position: float, corner: float, per_metre: float, cells: int) -> int:
+    return min(max(int((position - corner) * per_metre), 0), cells - 1)
+
+
+@compiled
+def sort_into_cells(cells: Cells, positions: FloatArray) -> None:
+    """Sort points (points, 2 or more columns: x, y in m) into their cells, in the order of their index."""
+    columns, rows = cells.shape[0], cells.shape[1]
+    start, cell = cells.start, cells.cell
+    start[:] = 0
+    for i in range(positions.shape[0]):
+        column = _along(positions[i, 0], cells.grid[0], cells.grid[2], columns)
+        row = _along(positions[i, 1], cells.grid[1], cells.grid[2], rows)
+        cell[i] = row * columns + column
+        start[cell[i] + 1] += 1
+    for c in range(columns * rows):
+        start[c + 1] += start[c]
+    for i in range(positions.shape[0] - 1, -1, -1):
+        start[cell[i] + 1] -= 1
+        cells.order[start[cell[i] + 1]] = i
+    for c in range(columns * rows):
+        start[c] = start[c + 1]
+    start[columns * rows] = positions.shape[0]
+
+
+@compiled
+def find_near(
+    cells: Cells, positions: FloatArray, x: float, y: float, range_m: float, found: FloatArray
+) -> int:
+    """Find the points within `range_m` (at most a cell's width) of x, y; return how many.
+
+    Row k of `found` becomes index, distance along x, distance along y, squared distance. Points beyond the length
+    of `found` are left out.
+    """
+    columns, rows = cells.shape[0], cells.shape[1]
+    column = _along(x, cells.grid[0], cells.grid[2], columns)
+    row = _along(y, cells.grid[1], cells.grid[2], rows)
+    first, last = max(column - 1, 0), min(column + 1, columns - 1)
+    count = 0
+    for r in range(max(row - 1, 0), min(row + 1, rows - 1) + 1):
+        for k in range(cells.start[r * columns + first], cells.start[r * columns + last + 1]):
+            point = cells.order[k]
+            dx = positions[point, 0] - x
+            dy = positions[point, 1] - y
+            squared = dx * dx + dy * dy
+            if squared <= range_m * range_m and count < found.shape[0]:
+                found[count, 0] = point
+                found[count, 1] = dx
+                found[count, 2] = dy
+                found[count, 3] = squared
+                count += 1
+    return count

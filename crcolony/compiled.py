@@ -12,7 +12,7 @@ import hashlib
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import numba
 import numpy as np
@@ -34,7 +34,7 @@ def _cache_folder() -> Path:
 
 
 if not os.environ.get("NUMBA_CACHE_DIR"):
-    numba.config.CACHE_DIR = str(_cache_folder())
+    numba.config.CACHE_DIR = str(_cache_folder())  # type: ignore[attr-defined]
 
 
 def compiled(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
@@ -42,6 +42,6 @@ def compiled(function: Callable[Parameters, Result]) -> Callable[Parameters, Res
 
     Compiled functions may not allocate: numba's reference counting is off, which halves the time of a tick.
     """
-    options = {"cache": True, "error_model": "numpy", "forceinline": True, "_nrt": False}
+    options: Any = {"cache": True, "error_model": "numpy", "forceinline": True, "_nrt": False}
     jitted: Callable[Parameters, Result] = numba.njit(**options)(function)
     return jitted

@@ -38,7 +38,8 @@ def draw_bits(stream: Stream) -> np.uint64:
     bits = stream[0] + stream[1] * _GOLDEN
     bits = (bits ^ (bits >> _SHIFT_30)) * _MIX_1
     bits = (bits ^ (bits >> _SHIFT_27)) * _MIX_2
-    return bits ^ (bits >> _SHIFT_31)
+    mixed: np.uint64 = bits ^ (bits >> _SHIFT_31)
+    return mixed
 
 
 @compiled

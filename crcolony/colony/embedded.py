@@ -12,6 +12,7 @@ import numpy as np
 
 from crcolony.colony.central import CentralSelection
 from crcolony.colony.history import Born, Died, Event, Lived, Mated, TurnedOver
+from crcolony.colony.summary import summarise
 from crcolony.compiled import FloatArray, compiled
 from crcolony.config import Config
 from crcolony.evolution.lineage import Birth
@@ -95,6 +96,8 @@ class EmbeddedColony:
             if config.selection == "central"
             else None
         )
+        self.summary: dict[str, float] = {}
+        """The generation that ended last, in numbers"""
         self._record = events
 
     def begin(self) -> None:
@@ -155,6 +158,7 @@ class EmbeddedColony:
             )
 
     def _turn_over(self, waiting: list[Robot]) -> None:
+        self.summary = summarise(self.generation, self.tick, self.batch, self.robots)
         for robot in waiting:
             pool = len(robot.subpopulation.pool)
             self._record(TurnedOver(self.tick, robot.row, robot.generation + 1, pool))
@@ -208,7 +212,7 @@ class EmbeddedColony:
             self._central.stream[...] = saved["central"]
 
     def _report_births(self, row: int, births: list[Birth]) -> None:
-        for birth in births:
+        for place, birth in enumerate(births):
             self._record(
                 Born(
                     self.tick,
@@ -216,6 +220,7 @@ class EmbeddedColony:
                     birth.generation,
                     birth.agent,
                     birth.genotype,
+                    self.batch.genotypes[row, place].astype("<f8").tobytes(),
                     birth.mother,
                     birth.father,
                 )

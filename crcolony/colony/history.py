@@ -1,8 +1,6 @@
 """The history of a colony: every birth, mating, death and turnover, in order, chained into one hash."""
 
 import hashlib
-from typing import Any
-
 import msgspec
 
 
@@ -14,6 +12,8 @@ class Born(msgspec.Struct, frozen=True, tag=True, array_like=True):
     generation: int
     agent: str
     genotype: str
+    genes: bytes
+    """Little-endian float64"""
     mother: str | None
     father: str | None
 
@@ -80,8 +80,3 @@ class HistoryHash:
 
     def __str__(self) -> str:
         return self.state.hex()
-
-
-def as_row(event: Event) -> tuple[Any, ...]:
-    """Return an event's fields as one row of its table."""
-    return msgspec.structs.astuple(event)

@@ -98,7 +98,7 @@ class Schema:
             else rng.uniform(gene.initial.low, gene.initial.high)
             for gene in self.genes
         ]
-        return np.clip(np.array(genes), self.lows, self.highs)
+        return np.asarray(np.clip(genes, self.lows, self.highs), dtype=np.float64)
 
     def validate(self, genes: FloatArray) -> None:
         """Raise GenotypeError if genes have the wrong length, are not finite, or leave their range."""

@@ -13,7 +13,8 @@ def roulette(fitness: FloatArray, count: int, rng: np.random.Generator) -> IntAr
     if not np.isfinite(fitness).all() or (fitness < 0.0).any():
         raise ValueError("roulette needs finite fitness of 0 or more")
     wheel = np.cumsum(fitness if fitness.any() else np.ones_like(fitness))
-    return np.searchsorted(wheel, rng.random(count) * wheel[-1], side="right").astype(np.int64)
+    spins = rng.random(count) * wheel[-1]
+    return np.asarray(np.searchsorted(wheel, spins, side="right"), dtype=np.int64)
 
 
 def tournament(
@@ -26,4 +27,5 @@ def tournament(
     if size < 1:
         raise ValueError(f"a tournament needs somebody in it, not {size}")
     entrants = rng.integers(fitness.size, size=(count, size))
-    return entrants[np.arange(count), np.argmax(fitness[entrants], axis=1)].astype(np.int64)
+    winners = np.argmax(fitness[entrants], axis=1)
+    return np.asarray(entrants[np.arange(count), winners], dtype=np.int64)

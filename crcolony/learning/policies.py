@@ -70,9 +70,7 @@ def softmax(values: FloatArray, temperature: float, scratch: FloatArray, u: floa
         cumulated += scratch[action]
         if cumulated > threshold:
             return action
-        if scratch[action] == 1.0:
-            best = action  # only reached when rounding lifts the threshold to the total
-    return best
+    return best  # only reached where values are NaN: u < 1, and both sums round alike
 
 
 @compiled

@@ -27,7 +27,7 @@ def habits_of(
     return Habits(
         targets=np.array([module.target for module in modules]),
         successes=np.array([module.success for module in modules]),
-        actuators=np.array([module.actuator for module in modules]),
+        beacons=np.array([1.0 if module.beacon else 0.0 for module in modules]),
         rests=np.array([life.refractory_steps if module.rests else 0 for module in modules]),
         lamps=np.array([module.lamp for module in modules]),
         wheels=np.array(

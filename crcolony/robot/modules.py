@@ -1,7 +1,6 @@
 """The learning modules of a virtual agent (Paper III, thesis 5.3): one row of a table each.
 
-A module learns to reach its target: the blob it watches, the observation that says it succeeded, and what it does
-besides driving. To add a module, add a row; genes, selector and learning follow.
+A module learns to reach its target: the blob it watches, and the observation that says it succeeded. To add a module, add a row; genes, selector and learning follow.
 """
 
 from dataclasses import dataclass
@@ -18,16 +17,16 @@ class LearningModule:
     """The blob it watches: the observation's `…_visible` column"""
     success: int
     """The observation column that is above 0 when it has succeeded; its reward is then 1"""
-    actuator: int
-    """The action column it holds at 1 while in control"""
+    beacon: bool
+    """Whether it switches the IR beacon on: ready to mate"""
     rests: bool
     """Whether a success is followed by the refractory time"""
     lamp: tuple[float, float, float]
     """The colour it shows on the robot's face"""
 
 
-FORAGING = LearningModule("foraging", body.PACK, body.CHARGE, body.JAW, False, (0.0, 1.0, 0.0))
-MATING = LearningModule("mating", body.FACE, body.ENCOUNTER, body.BEACON, True, (1.0, 0.0, 0.0))
+FORAGING = LearningModule("foraging", body.PACK, body.CHARGE, False, False, (0.0, 1.0, 0.0))
+MATING = LearningModule("mating", body.FACE, body.ENCOUNTER, True, True, (1.0, 0.0, 0.0))
 
 MODULES = (FORAGING, MATING)
 """The first is what an agent does unless another module's selector output is above 0."""

@@ -18,8 +18,8 @@ class Habits(NamedTuple):
     """(M,) observation column of the watched blob"""
     successes: IntArray
     """(M,) observation column that tells success"""
-    actuators: IntArray
-    """(M,) action column held at 1"""
+    beacons: FloatArray
+    """(M,) 1 where the module switches the IR beacon on"""
     rests: IntArray
     """(M,) refractory steps after a success"""
     lamps: FloatArray

@@ -238,13 +238,17 @@ def _suspend(robots: Robots, habits: Habits, i: int, agent: int) -> None:
 
 @compiled
 def _drive(robots: Robots, habits: Habits, i: int, action: FloatArray) -> None:
-    """Write the chosen action: wheels, the module's actuator, its lamp, and the time to live."""
+    """Write the chosen action: wheels, the module's beacon and lamp, and the time to live.
+
+    The jaw is a reflex: it latches on whatever comes into reach, whichever module drives.
+    """
     module = robots.module[i]
     chosen = robots.action[i]
     action[body.WHEEL_LEFT] = habits.wheels[chosen, 0]
     action[body.WHEEL_RIGHT] = habits.wheels[chosen, 1]
-    actuator = habits.actuators[module]
-    action[actuator] = 1.0 if robots.rest[i, module] == 0 else 0.0
+    action[body.JAW] = 1.0
+    if robots.rest[i, module] == 0:
+        action[body.BEACON] = habits.beacons[module]
     for c in range(3):
         action[body.LED + c] = habits.lamps[module, c]
     action[body.TTL] = habits.action_ttl_s

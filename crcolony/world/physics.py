@@ -22,8 +22,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pymunk
 import pymunk.batch
-from llvmlite import binding
-from numba import carray, cfunc, types
+from llvmlite import binding  # type: ignore[import-untyped]
+from numba import carray, cfunc, types  # type: ignore[attr-defined]
 from numpy.typing import NDArray
 from pymunk import _chipmunk, _chipmunk_cffi
 
@@ -34,13 +34,17 @@ _lib: Any = _chipmunk_cffi.lib
 
 binding.load_library_permanently(_chipmunk.__file__)
 
-_address = types.uintp
-_step_space = types.ExternalFunction("cpSpaceStep", types.void(_address, types.float64))
-_each_body = types.ExternalFunction("cpSpaceEachBody", types.void(_address, _address, _address))
-_each_contact = types.ExternalFunction(
-    "cpSpaceEachCachedArbiter", types.void(_address, _address, _address)
-)
-_move_body = types.ExternalFunction("cpBodyUpdatePosition", types.void(_address, types.float64))
+_address, _number = types.uintp, types.float64
+
+
+def _external(name: str, *arguments: types.Type) -> Any:
+    return types.ExternalFunction(name, types.void(*arguments))
+
+
+_step_space = _external("cpSpaceStep", _address, _number)
+_each_body = _external("cpSpaceEachBody", _address, _address, _address)
+_each_contact = _external("cpSpaceEachCachedArbiter", _address, _address, _address)
+_move_body = _external("cpBodyUpdatePosition", _address, _number)
 
 _Field = pymunk.batch.BodyFields
 _COMMAND = (
@@ -63,7 +67,10 @@ _OVERLAP_LEFT = 0.05
 _COUNT_OFFSET = _ffi.offsetof("cpArbiter", "count") // 4
 
 
-@cfunc(types.void(types.CPointer(types.int32), _address))
+_contact: Any = types.CPointer(types.int32)  # type: ignore[no-untyped-call]
+
+
+@cfunc(types.void(_contact, _address))
 def _forget_contact(arbiter: Any, _data: int) -> None:
     """Let a contact be new: with no remembered points Chipmunk has no force to carry over."""
     carray(arbiter, (_COUNT_OFFSET + 1,))[_COUNT_OFFSET] = 0

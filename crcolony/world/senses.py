@@ -62,7 +62,7 @@ def wall_distance(wall: FloatArray, x: float, y: float, dx: float, dy: float) ->
         return math.inf
     to_x = wall[0] - x
     to_y = wall[1] - y
-    share = (to_x * wall_y - to_y * wall_x) / across
+    share: float = (to_x * wall_y - to_y * wall_x) / across
     place = (to_x * dy - to_y * dx) / across
     if share < 0.0 or place < 0.0 or place > 1.0:
         return math.inf

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from crcolony.compiled import FloatArray, IntArray
@@ -21,6 +21,7 @@ HIGH = np.array([1.0, 7.0])
 coordinates = st.floats(-10.0, 10.0)
 states = st.tuples(coordinates, coordinates).map(np.array)
 tile_counts = st.tuples(st.integers(1, 12), st.integers(1, 12)).map(np.array)
+far = coordinates | st.floats(-1e4, 1e4)
 anything = st.floats(allow_nan=True, allow_infinity=True)
 
 
@@ -46,6 +47,7 @@ def test_a_state_activates_the_cell_it_lies_in_once_in_every_tiling(
 
 
 @given(anything, anything, tile_counts, st.integers(1, 9))
+@example(np.nan, np.inf, np.array([2, 3]), 2)
 def test_no_state_reaches_outside_the_table(
     x: float, y: float, tiles: IntArray, tilings: int
 ) -> None:
@@ -126,7 +128,8 @@ def test_rbf_features_are_equation_2_27(state: FloatArray) -> None:
     np.testing.assert_allclose(values, responses / responses.sum(), rtol=1e-9)
 
 
-@given(coordinates, coordinates, st.integers(1, 6), st.integers(1, 6), st.integers(0, 2**32))
+@given(far, far, st.integers(1, 6), st.integers(1, 6), st.integers(0, 2**32))
+@example(1e3, -1e3, 4, 4, 0)
 def test_a_grid_network_factorises_into_its_axes(
     x: float, y: float, nx: int, ny: int, seed: int
 ) -> None:

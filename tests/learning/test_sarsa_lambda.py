@@ -112,6 +112,23 @@ def test_optimistic_initial_values_explore_without_a_random_policy() -> None:
     assert set(tried[2.0][-10:]) == {1}
 
 
+@pytest.mark.parametrize("tilings", [1, 4, 7])
+def test_every_action_starts_with_the_initial_value(tilings: int) -> None:
+    """The initial value is shared by the tilings, however many there are."""
+    coding = TileCoding(LOW, HIGH, np.array([3, 4]), uniform_offsets(tilings, 2))
+    learner = SarsaLambda(coding, ACTIONS, 0.1, 0.9, 0.9, initial_value=-3.0)
+    assert learner.action_values(LOW) == pytest.approx([-3.0] * ACTIONS)
+
+
+def test_after_a_terminal_state_nothing_is_owed() -> None:
+    """The arrays of the learner hold the final weights as soon as an episode is over."""
+    learner = SarsaLambda(corridor(3), 1, 1.0, 1.0, 1.0)
+    learner.start(np.array([0.5]), 0.0)
+    learner.step(0.0, np.array([1.5]), False, 0.0)
+    learner.step(5.0, np.array([2.5]), True, 0.0)
+    assert learner.learner.weights[:3, 0].tolist() == [5.0, 5.0, 0.0]
+
+
 def test_a_temperature_makes_it_explore() -> None:
     """At a high temperature all actions are chosen alike; set back to 0, only the best."""
     learner = SarsaLambda(corridor(1), 4, 0.0, 0.0, 0.0, temperature=1e9)

@@ -13,6 +13,9 @@ import numpy as np
 
 from crcolony.compiled import FloatArray, compiled
 
+NEVER = -700.0
+"""An exponent below this is a probability below 1e-300; exp takes a slow path there."""
+
 
 @compiled
 def greedy(values: FloatArray, u: float) -> int:
@@ -62,7 +65,8 @@ def softmax(values: FloatArray, temperature: float, scratch: FloatArray, u: floa
         if values[action] == values[best]:
             scratch[action] = 1.0  # not exp(0 / temperature), which a temperature of 0 makes NaN
         else:
-            scratch[action] = np.exp((values[action] - values[best]) / temperature)
+            exponent = (values[action] - values[best]) / temperature
+            scratch[action] = np.exp(exponent) if exponent > NEVER else 0.0
         total += scratch[action]
     threshold = u * total
     cumulated = 0.0

@@ -151,7 +151,7 @@ class Robot:
         """Return all there is of the robot, as copies: arrays by field, its subpopulation, and its counters."""
         fields = [name for name in Robots._fields if name not in SCRATCH]
         return {
-            "arrays": {name: getattr(self._robots, name)[self.row].copy() for name in fields},
+            "arrays": {name: np.array(getattr(self._robots, name)[self.row]) for name in fields},
             "subpopulation": self.subpopulation.save(),
             "generation": self.generation,
         }

@@ -1,0 +1,1 @@
+"""The thesis' results, one file each, reproducible by one command."""

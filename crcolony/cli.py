@@ -31,7 +31,8 @@ class UsageError(Exception):
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="crcolony", description="A colony of robots that evolves how to learn, with nobody in charge."
+        prog="crcolony",
+        description="A colony of robots that evolves how to learn, with nobody in charge.",
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_evolve(commands.add_parser("evolve", help="evolve an embedded colony on this machine"))
@@ -116,7 +117,9 @@ def _resume(options: argparse.Namespace) -> int:
     if options.out is None:
         raise UsageError("--resume needs --out, the folder to go on in")
     if options.seeds is not None or options.config is not None or _settings(options):
-        raise UsageError("--resume goes on with the folder's own config; other settings do not go with it")
+        raise UsageError(
+            "--resume goes on with the folder's own config; other settings do not go with it"
+        )
     from crcolony.colony.evolve import resume
     from crcolony.colony.terminal import run_in_terminal
 
@@ -149,7 +152,3 @@ def _new_folder() -> Path:
     while Path(f"runs/{number}").exists():
         number += 1
     return Path(f"runs/{number}")
-
-
-if __name__ == "__main__":
-    sys.exit(main())

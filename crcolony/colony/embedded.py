@@ -48,9 +48,7 @@ def tick(world: World, robots: Robots, habits: Habits, actions: FloatArray) -> i
 
 
 @compiled
-def run_ticks(
-    world: World, robots: Robots, habits: Habits, actions: FloatArray, most: int
-) -> int:
+def run_ticks(world: World, robots: Robots, habits: Habits, actions: FloatArray, most: int) -> int:
     """Run ticks until a robot has an event, at most so many; return how many were run."""
     for count in range(most):
         if tick(world, robots, habits, actions) != 0:

@@ -1,6 +1,7 @@
 """The history of a colony: every birth, mating, death and turnover, in order, chained into one hash."""
 
 import hashlib
+
 import msgspec
 
 

@@ -17,9 +17,7 @@ def roulette(fitness: FloatArray, count: int, rng: np.random.Generator) -> IntAr
     return np.asarray(np.searchsorted(wheel, spins, side="right"), dtype=np.int64)
 
 
-def tournament(
-    fitness: FloatArray, count: int, size: int, rng: np.random.Generator
-) -> IntArray:
+def tournament(fitness: FloatArray, count: int, size: int, rng: np.random.Generator) -> IntArray:
     """Draw `count` individuals, each the fittest of `size` drawn uniformly with replacement.
 
     Raises ValueError for a size below 1.

@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 from crcolony.compiled import FloatArray
 from crcolony.evolution.genotype import Schema
 
-Crossover = Callable[
-    [FloatArray, FloatArray, np.random.Generator], tuple[FloatArray, FloatArray]
-]
+Crossover = Callable[[FloatArray, FloatArray, np.random.Generator], tuple[FloatArray, FloatArray]]
 
 
 def one_point_crossover(
@@ -93,8 +91,6 @@ class Variation:
         child, _ = CROSSOVERS[self.crossover](own, partner, rng)
         return self.mutant(child, schema, rng)
 
-    def mutant(
-        self, own: FloatArray, schema: Schema, rng: np.random.Generator
-    ) -> FloatArray:
+    def mutant(self, own: FloatArray, schema: Schema, rng: np.random.Generator) -> FloatArray:
         """Return a mutated copy."""
         return gaussian_mutation(own, schema, self.mutation_probability, rng)

@@ -43,7 +43,7 @@ class Outcome:
 
 def arms_of(config: Config, compare: bool) -> dict[str, Config]:
     """Return the configs to run, by name."""
-    arms = {config.selection: config}
+    arms: dict[str, Config] = {config.selection: config}
     if compare:
         replace = msgspec.structs.replace
         arms["central"] = replace(config, selection="central")
@@ -108,9 +108,7 @@ def run_survival(config: Config, seeds: int, out: Path, compare: bool) -> int:
     return 0
 
 
-def _run_all(
-    executor: Executor, jobs: list[tuple[str, Config]], out: Path
-) -> Iterable[Outcome]:
+def _run_all(executor: Executor, jobs: list[tuple[str, Config]], out: Path) -> Iterable[Outcome]:
     running = [
         executor.submit(
             run_once, name, config, out / name.replace(" ", "-") / f"seed-{config.seed}"

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from crcolony.compiled import FloatArray
-from crcolony.evolution.genotype import Schema
 from crcolony.evolution.lineage import AgentId, Birth
 from crcolony.evolution.population import Child, Offspring, Subpopulation
 from crcolony.evolution.time_sharing import TimeSharing

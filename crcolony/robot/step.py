@@ -88,9 +88,7 @@ def _perceive(robots: Robots, habits: Habits, i: int, observation: FloatArray) -
 
 
 @compiled
-def select_module(
-    genes: FloatArray, energy: float, visible: FloatArray, modules: int
-) -> int:
+def select_module(genes: FloatArray, energy: float, visible: FloatArray, modules: int) -> int:
     """Return the module with the largest selector output; the first module's output is 0 by definition.
 
     `genes` begins with a row for every other module: weights of the bias, the energy, and each visible target.

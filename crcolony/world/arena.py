@@ -136,9 +136,7 @@ class Arena:
             return False
         return all(
             math.hypot(x - px, y - py) >= radius_m + pr for px, py, pr in self.world.pillars
-        ) and all(
-            _wall_clearance(wall, x, y) >= radius_m for wall in self.world.walls
-        )
+        ) and all(_wall_clearance(wall, x, y) >= radius_m for wall in self.world.walls)
 
     def _sort(self) -> None:
         world = self.world

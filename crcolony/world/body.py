@@ -28,7 +28,9 @@ class Quantity:
 def _blob(what: str, meaning: str) -> tuple[Quantity, ...]:
     return (
         Quantity(f"{what}_visible", 0.0, 1.0, f"1 if the camera sees {meaning}"),
-        Quantity(f"{what}_distance_m", 0.0, inf, "from the robot's centre to the nearest such blob"),
+        Quantity(
+            f"{what}_distance_m", 0.0, inf, "from the robot's centre to the nearest such blob"
+        ),
         Quantity(f"{what}_bearing_rad", -pi, pi, "left of straight ahead is positive"),
         Quantity(f"{what}_red", 0.0, 1.0, "colour of its lamp"),
         Quantity(f"{what}_green", 0.0, 1.0, "colour of its lamp"),
@@ -42,7 +44,9 @@ OBSERVATION: tuple[Quantity, ...] = (
     *_blob("pack", "a battery pack"),
     *_blob("face", "another robot's face (from within 90 degrees of its heading)"),
     *_blob("tail", "another robot's tail lamp (from behind)"),
-    Quantity("ir_range_m", 0.0, inf, "distance straight ahead to the first surface, at most the range"),
+    Quantity(
+        "ir_range_m", 0.0, inf, "distance straight ahead to the first surface, at most the range"
+    ),
     *(
         Quantity(f"proximity_{k}_m", 0.0, inf, "from the hull outwards; 0 is rightmost, 3 is ahead")
         for k in range(PROXIMITY_SENSORS)
@@ -59,7 +63,9 @@ OBSERVATION: tuple[Quantity, ...] = (
     Quantity("battery", 0.0, 1.0, "level of the body's own battery"),
     Quantity("encounter", 0.0, 1.0, "1 if an IR contact was made with a robot face to face"),
     Quantity("encounter_robot", -1.0, inf, "who it was: its place in the arena, -1 for nobody"),
-    Quantity("encounter_nonce", 0.0, 2.0**48, "a random number both sides of this contact received"),
+    Quantity(
+        "encounter_nonce", 0.0, 2.0**48, "a random number both sides of this contact received"
+    ),
 )
 
 ACTION: tuple[Quantity, ...] = (

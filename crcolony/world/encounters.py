@@ -40,9 +40,7 @@ def _pairs_of(world: World, i: int, pairs: int) -> int:
     """Add the pairs (i, j > i) that could make contact to `world.contacts`; return how many there are now."""
     rules = world.rules
     x, y = world.poses[i, 0], world.poses[i, 1]
-    count = find_near(
-        world.robot_cells, world.poses, x, y, rules.encounter_range_m, world.near
-    )
+    count = find_near(world.robot_cells, world.poses, x, y, rules.encounter_range_m, world.near)
     for k in range(count):
         j = int(world.near[k, 0])
         if j <= i or world.actions[j, body.BEACON] < 0.5:
@@ -61,4 +59,3 @@ def _pairs_of(world: World, i: int, pairs: int) -> int:
             world.contacts[pairs, 2] = j
             pairs += 1
     return pairs
-

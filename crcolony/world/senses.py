@@ -39,9 +39,7 @@ def hidden(world: World, count: int, x: float, y: float, dx: float, dy: float, b
 
 
 @compiled
-def _crosses(
-    cx: float, cy: float, radius_m: float, dx: float, dy: float, squared: float
-) -> bool:
+def _crosses(cx: float, cy: float, radius_m: float, dx: float, dy: float, squared: float) -> bool:
     """Tell whether the way from the origin to dx, dy passes a disc at cx, cy."""
     along = cx * dx + cy * dy
     if along <= 0.0:
@@ -76,9 +74,7 @@ def in_view(ahead: float, squared: float, cosine: float) -> bool:
 
 
 @compiled
-def _write_blob(
-    row: FloatArray, what: int, distance_m: float, ahead: float, left: float
-) -> None:
+def _write_blob(row: FloatArray, what: int, distance_m: float, ahead: float, left: float) -> None:
     row[what] = 1.0
     row[what + body.DISTANCE] = distance_m
     row[what + body.BEARING] = math.atan2(left, ahead)
@@ -118,9 +114,7 @@ def see_packs(world: World, i: int, count: int, row: FloatArray) -> None:
     """Write the nearest visible battery pack that no jaw holds into an observation."""
     x, y = world.poses[i, 0], world.poses[i, 1]
     cosine, sine = world.headings[i, 0], world.headings[i, 1]
-    found = find_near(
-        world.pack_cells, world.packs, x, y, world.rules.camera_range_m, world.blobs
-    )
+    found = find_near(world.pack_cells, world.packs, x, y, world.rules.camera_range_m, world.blobs)
     nearest = math.inf
     for k in range(found):
         pack = int(world.blobs[k, 0])

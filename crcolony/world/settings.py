@@ -84,5 +84,3 @@ class CyberRodent(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     action_latency_steps: Steps = 0
     battery_drain_per_s: NotNegative = 0.0
     """How fast the body's own battery runs down; a captured pack charges it too."""
-
-

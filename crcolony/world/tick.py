@@ -111,9 +111,7 @@ def _grow_older(observations: FloatArray) -> None:
     for age in range(ages - 1, -1, -1):
         for i in range(robots):
             for column in range(width):
-                observations[age, i, column] = (
-                    observations[age - 1, i, column] if age > 0 else 0.0
-                )
+                observations[age, i, column] = observations[age - 1, i, column] if age > 0 else 0.0
 
 
 @compiled

@@ -1,0 +1,58 @@
+# make run: a colony evolves here. make test: every check. Both set everything up by themselves.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+OUT ?=
+MINUTES ?=
+
+.DEFAULT_GOAL := help
+.PHONY: help run test check bench clean
+
+help:
+	@echo "make run           a colony evolves on this machine, until Ctrl-C (MINUTES=2: for so long)"
+	@echo "make test          formatting, types, layers, all tests, coverage"
+	@echo "make bench         figures: how fast it is"
+	@echo "make clean         remove the virtual environment and caches"
+
+run: $(VENV)/run.stamp
+	@$(BIN)/crcolony evolve $(if $(OUT),--out $(OUT)) $(if $(MINUTES),--minutes $(MINUTES))
+
+test: $(VENV)/dev.stamp
+	@$(BIN)/ruff format --check --quiet . && $(BIN)/ruff check --quiet . && echo "ruff: clean"
+	@$(BIN)/mypy
+	@$(BIN)/lint-imports
+	@$(BIN)/python -m pytest -q
+	@echo "branch coverage of learning, evolution and robot (compiled functions run as plain Python):"
+	@NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest -q -r fE tests/learning tests/evolution tests/robot
+	@$(BIN)/coverage report
+
+bench: $(VENV)/dev.stamp
+	@for bench in tests/benchmarks/bench_*.py; do \
+		$(BIN)/python -m tests.benchmarks.$$(basename $$bench .py) || exit 1; done
+
+clean:
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache *.egg-info
+
+$(VENV)/bin/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "crcolony needs Python 3.11 or newer; set PYTHON=/path/to/python3.11" >&2; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || $(MAKE) --no-print-directory install-venv
+	@echo "making a virtual environment in $(VENV)"
+	@$(PYTHON) -m venv $(VENV)
+
+.PHONY: install-venv
+install-venv:
+	@if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+		apt-get update -q && apt-get install -y -q python3-venv; \
+	else echo "Python's venv module is missing; on Debian: sudo apt-get install python3-venv" >&2; exit 1; fi
+
+$(VENV)/run.stamp: pyproject.toml requirements.lock | $(VENV)/bin/python
+	@echo "installing crcolony (see requirements.lock)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[experiments]'
+	@touch $@
+
+$(VENV)/dev.stamp: pyproject.toml requirements.lock | $(VENV)/bin/python
+	@echo "installing crcolony and its checks (see requirements.lock)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[dev]'
+	@touch $@ $(VENV)/run.stamp

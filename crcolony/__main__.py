@@ -1,0 +1,7 @@
+"""`python -m crcolony` is the command `crcolony`."""
+
+import sys
+
+from crcolony.cli import main
+
+sys.exit(main())

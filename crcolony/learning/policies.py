@@ -62,11 +62,13 @@ def softmax(values: FloatArray, temperature: float, scratch: FloatArray, u: floa
             best = action
     total = 0.0
     for action in range(values.shape[0]):
-        if values[action] == values[best]:
-            scratch[action] = 1.0  # not exp(0 / temperature), which a temperature of 0 makes NaN
+        behind = values[action] - values[best]
+        if behind == 0.0:
+            scratch[action] = 1.0  # also at a temperature of 0
+        elif behind > NEVER * temperature:
+            scratch[action] = np.exp(behind / temperature)
         else:
-            exponent = (values[action] - values[best]) / temperature
-            scratch[action] = np.exp(exponent) if exponent > NEVER else 0.0
+            scratch[action] = 0.0
         total += scratch[action]
     threshold = u * total
     cumulated = 0.0

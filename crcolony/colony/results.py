@@ -111,8 +111,9 @@ class Results:
             raise ResultsError(f"{self.folder}: cannot be written: {error}") from None
 
     def close(self) -> None:
-        """Let the database go."""
+        """Let the database go, as one file that can be copied and read anywhere."""
         if self._database is not None:
+            self._database.execute("PRAGMA journal_mode=DELETE")
             self._database.close()
 
     def _describe(self, generation: int, status: str) -> bytes:

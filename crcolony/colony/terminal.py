@@ -3,6 +3,7 @@
 import signal
 import sys
 import time
+from collections import deque
 from types import FrameType
 
 from rich.console import Console
@@ -16,13 +17,15 @@ from crcolony.colony.results import Results
 
 _REFRESH_S = 0.25
 _PLAIN_LINE_S = 5.0
+_SPEED_POINTS = 12
+"""Looks at the clock that the shown speed covers."""
 
 
 def run_in_terminal(results: Results, colony: EmbeddedColony, minutes: float | None) -> int:
     """Run a colony with a display until it is done, Ctrl-C, or the time is over; return the exit code."""
     console = Console()
     stop = _Stop(minutes)
-    watch = Watch(colony, results.hash)
+    watch = Watch(colony)
     console.print(
         f"{colony.config.robots} robots, {colony.config.generations} generations,"
         f" {colony.config.selection} selection, seed {colony.config.seed}, into {results.folder}",
@@ -79,28 +82,25 @@ class _Stop:
 class Watch:
     """What is shown of a running colony."""
 
-    def __init__(self, colony: EmbeddedColony, history_hash: object) -> None:
+    def __init__(self, colony: EmbeddedColony) -> None:
         self._colony = colony
-        self._hash = history_hash
-        self._shown_at_s = self._began_s = time.monotonic()
-        self._began_tick = colony.tick
+        self._said_at_s = -1.0
         self._told = -1
+        self._passed = deque([(time.monotonic(), colony.tick)], maxlen=_SPEED_POINTS)
 
     def show(self, live: Live) -> None:
         """Refresh the live display, now and then."""
-        now = time.monotonic()
-        if now - self._shown_at_s >= _REFRESH_S:
-            self._shown_at_s = now
+        if self._look_at_the_clock():
             live.update(self.display())
 
     def say(self) -> None:
-        """Print a plain line about the last generation, now and then."""
-        now, colony = time.monotonic(), self._colony
+        """Print a plain line about the last generation: the first, the last, and one now and then."""
+        self._look_at_the_clock()
+        now_s, colony, row = time.monotonic(), self._colony, self._colony.summary
         is_last = colony.generation == colony.config.generations
-        is_due = now - self._shown_at_s >= _PLAIN_LINE_S or is_last or self._told < 0
-        if colony.generation > max(self._told, 0) and is_due:
-            self._shown_at_s, self._told = now, colony.generation
-            row = colony.summary
+        is_due = now_s - self._said_at_s >= _PLAIN_LINE_S or is_last or self._told < 0
+        if row and is_due and colony.generation > self._told:
+            self._said_at_s, self._told = now_s, colony.generation
             print(
                 f"generation {colony.generation}: matings {row['matings']:.2f},"
                 f" batteries {row['captures']:.2f}, energy {row['energy']:.2f},"
@@ -124,9 +124,19 @@ class Watch:
         table.add_row("speed", f"{self._speed() / 1e6:.2f} million robot-steps/s")
         return table
 
+    def _look_at_the_clock(self) -> bool:
+        """Note how far the colony is; return whether it is time for a refresh."""
+        now_s = time.monotonic()
+        is_time = not self._passed or now_s - self._passed[-1][0] >= _REFRESH_S
+        if is_time:
+            self._passed.append((now_s, self._colony.tick))
+        return is_time
+
     def _speed(self) -> float:
-        elapsed_s = max(time.monotonic() - self._began_s, 1e-9)
-        return (self._colony.tick - self._began_tick) * self._colony.config.robots / elapsed_s
+        """Return robot-steps a second over the last few seconds."""
+        since_s, since_tick = self._passed[0]
+        ran = (self._colony.tick - since_tick) * self._colony.config.robots
+        return ran / max(time.monotonic() - since_s, 1e-9)
 
 
 def _bars(energies: list[float]) -> str:

@@ -16,7 +16,7 @@ help:
 	@echo "make clean         remove the virtual environment and caches"
 
 run: $(VENV)/run.stamp
-	@$(BIN)/crcolony evolve $(if $(OUT),--out $(OUT)) $(if $(MINUTES),--minutes $(MINUTES))
+	@$(BIN)/crcolony evolve --generations 0 $(if $(OUT),--out $(OUT)) $(if $(MINUTES),--minutes $(MINUTES))
 
 test: $(VENV)/dev.stamp
 	@$(BIN)/ruff format --check --quiet . && $(BIN)/ruff check --quiet . && echo "ruff: clean"

@@ -37,6 +37,11 @@ if not os.environ.get("NUMBA_CACHE_DIR"):
     numba.config.CACHE_DIR = str(_cache_folder())  # type: ignore[attr-defined]
 
 
+def is_first_start() -> bool:
+    """Tell whether nothing is compiled yet, which will take about half a minute."""
+    return not Path(numba.config.CACHE_DIR).exists()  # type: ignore[attr-defined]
+
+
 def compiled(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
     """Compile `function` with numba, keeping its Python signature for the type checker.
 

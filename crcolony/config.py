@@ -22,7 +22,8 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     """Everything that decides a colony's history."""
 
     robots: Annotated[int, Meta(ge=1, le=10_000)] = 4
-    generations: Annotated[int, Meta(ge=1, le=1_000_000)] = 250
+    generations: Annotated[int, Meta(ge=0, le=1_000_000)] = 250
+    """0: until stopped."""
     seed: Annotated[int, Meta(ge=0, le=2**62)] = 1
     selection: Literal["implicit", "central"] = "implicit"
     """`central` is the baseline: one population, roulette on the number of matings."""
@@ -92,8 +93,8 @@ def _insert(tree: dict[str, Any], setting: str) -> None:
     """Put one `key.path=value` into the tree; the value is read as TOML, and as a plain word where it is none."""
     key, equals, text = setting.partition("=")
     key, text = key.strip(), text.strip()
-    if not equals or not key:
-        raise ConfigError(f"--set {setting}: expected key=value, as in life.agents=10")
+    if not equals or not key or "\n" in setting:
+        raise ConfigError(f"--set {setting!r}: expected key=value, as in life.agents=10")
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:

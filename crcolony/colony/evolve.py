@@ -1,16 +1,20 @@
 """Runs an embedded colony into a results folder: generation by generation, until done or told to stop."""
 
+import os
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 from crcolony.colony.embedded import EmbeddedColony
 from crcolony.colony.results import Results, ResultsError
-from crcolony.config import Config
+from crcolony.config import Config, ConfigError
+from crcolony.robot.batch import weight_bytes
 
-_BREATH_TICKS = 2_000
-"""Ticks between two looks at the clock and at a request to stop."""
-_CHECKPOINT_S = 30.0
+_BREATH_ROBOT_STEPS = 30_000
+"""Robot-steps between two looks at the clock and at a request to stop: some hundredths of a second."""
+_CHECKPOINT_S = 10.0
+_CHECKPOINT_SHARE = 0.05
+"""Writing checkpoints takes at most this share of the time."""
 
 Progress = Callable[[EmbeddedColony], None]
 
@@ -25,36 +29,60 @@ def evolve(
 
     Everything is written when it returns. `progress` is called often. Raises ResultsError as `Results` does.
     """
-    generations = colony.config.generations
-    saved_at = time.monotonic()
-    while colony.generation < generations and not is_stopped():
+    breath_ticks = max(1, _BREATH_ROBOT_STEPS // len(colony.robots))
+    due_s = time.monotonic() + _CHECKPOINT_S
+    while not is_done(colony) and not is_stopped():
         before = colony.generation
-        colony.run(_BREATH_TICKS)
+        colony.run(breath_ticks)
         if colony.generation > before:
             results.write_generation(colony.summary)
         progress(colony)
-        if time.monotonic() - saved_at > _CHECKPOINT_S:
+        start_s = time.monotonic()
+        if start_s > due_s:
             results.write_checkpoint(colony.save(), colony.generation, "running")
-            saved_at = time.monotonic()
-    is_done = colony.generation >= generations
-    results.write_checkpoint(colony.save(), colony.generation, "done" if is_done else "stopped")
-    return is_done
+            now_s = time.monotonic()
+            due_s = now_s + max(_CHECKPOINT_S, (now_s - start_s) / _CHECKPOINT_SHARE)
+    status = "done" if is_done(colony) else "stopped"
+    results.write_checkpoint(colony.save(), colony.generation, status)
+    return is_done(colony)
+
+
+def is_done(colony: EmbeddedColony) -> bool:
+    """Tell whether the colony has come to the last generation of its config (0: there is none)."""
+    return 0 < colony.config.generations <= colony.generation
 
 
 def begin(folder: Path, config: Config) -> tuple[Results, EmbeddedColony]:
-    """Start a new run in a new folder."""
-    results = Results.create(folder, config)
-    colony = EmbeddedColony(config, results.record)
+    """Start a new run in a new folder; raises ConfigError or ResultsError and leaves nothing behind."""
+    results = Results(folder, config)
+    colony = _new_colony(results)
     colony.begin()
+    results.create(colony.save())
     return results, colony
 
 
 def resume(folder: Path) -> tuple[Results, EmbeddedColony]:
     """Go on with a run where its checkpoint stands; raises ResultsError if it does not fit its config."""
     results, saved = Results.resume(folder)
-    colony = EmbeddedColony(results.config, results.record)
+    colony = _new_colony(results)
     try:
         colony.restore(saved)
-    except (KeyError, TypeError, ValueError) as error:
+    except (IndexError, KeyError, TypeError, ValueError) as error:
+        results.close()
         raise ResultsError(f"{folder / 'checkpoint.npz'}: does not fit: {error}") from None
     return results, colony
+
+
+def _new_colony(results: Results) -> EmbeddedColony:
+    config = results.config
+    needed = 2 * weight_bytes(config.robots, config.learning, config.life)  # a checkpoint copies
+    present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if needed > present:
+        raise ConfigError(
+            f"robots: {config.robots} robots of {config.life.agents} agents need"
+            f" {needed / 1e9:.0f} GB of memory, this machine has {present / 1e9:.0f}"
+        )
+    try:
+        return EmbeddedColony(config, results.record)
+    except ValueError as error:
+        raise ConfigError(str(error)) from None

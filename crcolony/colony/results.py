@@ -10,22 +10,25 @@ A generation is written in one transaction, and a file is replaced whole or not 
 leaves a folder that can be resumed.
 """
 
+import contextlib
 import csv
+import fcntl
 import io
 import json
 import os
 import platform
+import shutil
 import sqlite3
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import msgspec
-import numpy as np
 
+from crcolony.colony.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
 from crcolony.colony.history import Born, Died, Event, HistoryHash, Lived, Mated, TurnedOver
-from crcolony.config import Config, ConfigError, load, to_toml
+from crcolony.config import Config, load, to_toml
 
 _TABLES = {
     Born: "births",
@@ -51,35 +54,49 @@ class Results:
         self.hash = HistoryHash()
         self._events: list[Event] = []
         self._database: sqlite3.Connection | None = None
+        self._lock: int | None = None
 
-    @classmethod
-    def create(cls, folder: Path, config: Config) -> "Results":
-        """Make a new folder; raises ResultsError if there is something in it already."""
+    def create(self, colony: dict[str, Any]) -> None:
+        """Make the folder, with a first checkpoint; if it is not empty or cannot be written, leave it as it was."""
+        is_new = not self.folder.exists()
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-            if any(folder.iterdir()):
-                raise ResultsError(f"{folder}: not empty; choose another --out or use --resume")
-            _replace(folder / "config.toml", to_toml(config).encode())
+            self.folder.mkdir(parents=True, exist_ok=True)
+            is_empty = not any(self.folder.iterdir())
         except OSError as error:
-            raise ResultsError(f"{folder}: {error.strerror}") from None
-        results = cls(folder, config)
-        results._open()
-        return results
+            raise ResultsError(f"{self.folder}: cannot be written: {error.strerror}") from None
+        if not is_empty:
+            raise ResultsError(f"{self.folder}: not empty; choose another --out or use --resume")
+        try:
+            config = to_toml(self.config).encode()
+            _replace(self.folder / "config.toml", lambda file: file.write(config))
+            self._open()
+            self.write_checkpoint(colony, 0, "running")
+        except BaseException as error:  # Ctrl-C too
+            self.close()
+            shutil.rmtree(self.folder)
+            if not is_new:
+                self.folder.mkdir()
+            if isinstance(error, OSError):
+                raise ResultsError(f"{self.folder}: cannot be written: {error.strerror}") from None
+            raise
 
     @classmethod
     def resume(cls, folder: Path) -> tuple["Results", dict[str, Any]]:
         """Open a folder to go on; return it and the saved colony. What came after the checkpoint is forgotten."""
         if not (folder / "config.toml").is_file():
             raise ResultsError(f"{folder}: no results folder: config.toml is missing")
+        results = cls(folder, load(folder / "config.toml"))
+        path = folder / "checkpoint.npz"
         try:
-            config = load(folder / "config.toml")
-        except ConfigError as error:
-            raise ResultsError(str(error)) from None
-        results = cls(folder, config)
-        saved = read_checkpoint(folder / "checkpoint.npz")
-        results.hash = HistoryHash(bytes.fromhex(saved["hash"]))
+            saved = read_checkpoint(path)
+            results.hash = HistoryHash(bytes.fromhex(saved["hash"]))
+            tick, generation = int(saved["tick"]), int(saved["generation"])
+        except FileNotFoundError:
+            raise ResultsError(f"{path}: missing; the run wrote no checkpoint") from None
+        except (CheckpointError, KeyError, TypeError, ValueError) as error:
+            raise ResultsError(f"{path}: corrupt: {error}") from None
         results._open()
-        results._forget_after(saved["tick"], saved["generation"])
+        results._forget_after(tick, generation)
         return results, saved
 
     def record(self, event: Event) -> None:
@@ -89,32 +106,43 @@ class Results:
 
     def write_generation(self, row: Mapping[str, Any]) -> None:
         """Write a finished generation: its row of the table, and the events since the last."""
-        path = self.folder / "generations.csv"
         try:
             self._flush()
-            is_new = not path.exists()
-            with path.open("a", newline="", encoding="utf-8") as file:
-                writer = csv.DictWriter(file, fieldnames=list(row))
-                if is_new:
-                    writer.writeheader()
-                writer.writerow(row)
+            _append(self.folder / "generations.csv", row)
         except (OSError, sqlite3.Error) as error:
             raise ResultsError(f"{self.folder}: cannot be written: {error}") from None
 
     def write_checkpoint(self, colony: dict[str, Any], generation: int, status: str) -> None:
-        """Save the whole colony and say how far the run is."""
+        """Save the whole colony and say how far the run is; what it builds on is on the disk before it."""
         try:
             self._flush()
-            _replace(self.folder / "checkpoint.npz", pack_checkpoint(colony, str(self.hash)))
-            _replace(self.folder / "run.json", self._describe(generation, status))
+            self._connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            _replace(
+                self.folder / "checkpoint.npz",
+                lambda file: write_checkpoint(file, {**colony, "hash": str(self.hash)}),
+            )
+            description = self._describe(generation, status)
+            _replace(self.folder / "run.json", lambda file: file.write(description))
         except (OSError, sqlite3.Error) as error:
             raise ResultsError(f"{self.folder}: cannot be written: {error}") from None
 
     def close(self) -> None:
         """Let the database go, as one file that can be copied and read anywhere."""
         if self._database is not None:
-            self._database.execute("PRAGMA journal_mode=DELETE")
+            with contextlib.suppress(
+                sqlite3.Error
+            ):  # on a full disk it stays two files, and as good
+                self._database.execute("PRAGMA journal_mode=DELETE")
             self._database.close()
+            self._database = None
+        if self._lock is not None:
+            os.close(self._lock)
+            self._lock = None
+
+    @property
+    def _connection(self) -> sqlite3.Connection:
+        assert self._database is not None, "the folder is not open"
+        return self._database
 
     def _describe(self, generation: int, status: str) -> bytes:
         return json.dumps(
@@ -130,6 +158,11 @@ class Results:
         ).encode()
 
     def _open(self) -> None:
+        self._lock = os.open(self.folder, os.O_RDONLY)
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ResultsError(f"{self.folder}: in use by another run") from None
         try:
             self._database = sqlite3.connect(self.folder / "history.sqlite")
             self._database.execute("PRAGMA journal_mode=WAL")
@@ -142,51 +175,25 @@ class Results:
             raise ResultsError(f"{self.folder / 'history.sqlite'}: {error}") from None
 
     def _flush(self) -> None:
-        assert self._database is not None
-        with self._database:
+        with self._connection as database:
             for kind, table in _TABLES.items():
                 rows = [msgspec.structs.astuple(e) for e in self._events if type(e) is kind]
                 marks = ", ".join("?" * len(kind.__struct_fields__))
-                self._database.executemany(f"INSERT INTO {table} VALUES ({marks})", rows)
+                database.executemany(f"INSERT INTO {table} VALUES ({marks})", rows)
         self._events.clear()
 
     def _forget_after(self, tick: int, generation: int) -> None:
-        assert self._database is not None
         try:
-            with self._database:
+            with self._connection as database:
                 for table in _TABLES.values():
-                    self._database.execute(f"DELETE FROM {table} WHERE tick > ?", (tick,))
+                    database.execute(f"DELETE FROM {table} WHERE tick > ?", (tick,))
             path = self.folder / "generations.csv"
             if path.exists():
                 rows = read_table(path)
                 kept = [row for row in rows if int(row["generation"]) < generation]
-                _replace(path, _as_csv(kept))
+                _replace(path, lambda file: file.write(_as_csv(kept)))
         except (OSError, sqlite3.Error) as error:
             raise ResultsError(f"{self.folder}: cannot be resumed: {error}") from None
-
-
-def pack_checkpoint(colony: dict[str, Any], history_hash: str) -> bytes:
-    """Return a saved colony as one file: its arrays by path, and the rest as MessagePack."""
-    arrays: dict[str, np.ndarray] = {}
-    rest = _take_arrays({**colony, "hash": history_hash}, "", arrays)
-    arrays["rest"] = np.frombuffer(msgspec.msgpack.encode(rest), dtype=np.uint8)
-    file = io.BytesIO()
-    np.savez(file, **arrays)  # type: ignore[arg-type]
-    return file.getvalue()
-
-
-def read_checkpoint(path: Path) -> dict[str, Any]:
-    """Read what `pack_checkpoint` wrote; raises ResultsError for a file that is missing or corrupt."""
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-        rest = msgspec.msgpack.decode(arrays.pop("rest").tobytes())
-        saved: dict[str, Any] = _put_arrays(rest, arrays)
-    except FileNotFoundError:
-        raise ResultsError(f"{path}: missing; the run wrote no checkpoint") from None
-    except Exception as error:
-        raise ResultsError(f"{path}: corrupt: {error}") from None
-    return saved
 
 
 def read_table(path: Path) -> list[dict[str, str]]:
@@ -196,28 +203,6 @@ def read_table(path: Path) -> list[dict[str, str]]:
             return list(csv.DictReader(file))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise ResultsError(f"{path}: cannot be read: {error}") from None
-
-
-def _take_arrays(tree: Any, path: str, arrays: dict[str, np.ndarray]) -> Any:
-    """Move every array of a tree into `arrays`, leaving its path in its place."""
-    if isinstance(tree, np.ndarray):
-        arrays[path] = tree
-        return {"array": path}
-    if isinstance(tree, dict):
-        return {key: _take_arrays(value, f"{path}.{key}", arrays) for key, value in tree.items()}
-    if isinstance(tree, list | tuple):
-        return [_take_arrays(value, f"{path}.{k}", arrays) for k, value in enumerate(tree)]
-    return tree
-
-
-def _put_arrays(tree: Any, arrays: Mapping[str, np.ndarray]) -> Any:
-    if isinstance(tree, dict):
-        if set(tree) == {"array"}:
-            return arrays[tree["array"]]
-        return {key: _put_arrays(value, arrays) for key, value in tree.items()}
-    if isinstance(tree, list):
-        return [_put_arrays(value, arrays) for value in tree]
-    return tree
 
 
 def _columns(kind: Any) -> Iterable[str]:
@@ -235,12 +220,26 @@ def _as_csv(rows: list[dict[str, str]]) -> bytes:
     return text.getvalue().encode()
 
 
-def _replace(path: Path, content: bytes) -> None:
+def _append(path: Path, row: Mapping[str, Any]) -> None:
+    """Add a row to a table, whole or not at all."""
+    size = path.stat().st_size if path.exists() else 0
+    try:
+        with path.open("a", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, fieldnames=list(row))
+            if size == 0:
+                writer.writeheader()
+            writer.writerow(row)
+    except OSError:
+        os.truncate(path, size)
+        raise
+
+
+def _replace(path: Path, write: Callable[[BinaryIO], object]) -> None:
     """Write a file whole or not at all."""
     draft = path.with_name(path.name + ".part")
     try:
         with draft.open("wb") as file:
-            file.write(content)
+            write(file)
             file.flush()
             os.fsync(file.fileno())
         draft.replace(path)

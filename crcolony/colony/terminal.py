@@ -11,7 +11,7 @@ from rich.live import Live
 from rich.table import Table
 
 from crcolony.colony.embedded import EmbeddedColony
-from crcolony.colony.evolve import evolve
+from crcolony.colony.evolve import evolve, is_done
 from crcolony.colony.plots import PlotsError, draw_plots
 from crcolony.colony.results import Results
 
@@ -24,32 +24,37 @@ _SPEED_POINTS = 12
 def run_in_terminal(results: Results, colony: EmbeddedColony, minutes: float | None) -> int:
     """Run a colony with a display until it is done, Ctrl-C, or the time is over; return the exit code."""
     console = Console()
-    stop = _Stop(minutes)
+    stop = Stop(minutes)
     watch = Watch(colony)
+    config = colony.config
+    length = f"{config.generations} generations" if config.generations else "until Ctrl-C"
     console.print(
-        f"{colony.config.robots} robots, {colony.config.generations} generations,"
-        f" {colony.config.selection} selection, seed {colony.config.seed}, into {results.folder}",
+        f"{config.robots} robots, {length}, {config.selection} selection, seed {config.seed},"
+        f" into {results.folder}",
         highlight=False,
+        soft_wrap=True,
     )
-    if console.is_terminal:
-        with Live(watch.display(), console=console, refresh_per_second=4) as live:
-            is_done = evolve(results, colony, stop, lambda _: watch.show(live))
-            live.update(watch.display())
-    else:
-        is_done = evolve(results, colony, stop, lambda _: watch.say())
-    results.close()
-    _finish(console, results, colony, is_done)
+    try:
+        if console.is_terminal:
+            with Live(watch.display(), console=console, refresh_per_second=4) as live:
+                is_over = evolve(results, colony, stop, lambda _: watch.show(live))
+                live.update(watch.display())
+        else:
+            is_over = evolve(results, colony, stop, lambda _: watch.say())
+    finally:
+        results.close()
+    _finish(console, results, colony, is_over)
     return 0
 
 
-def _finish(console: Console, results: Results, colony: EmbeddedColony, is_done: bool) -> None:
+def _finish(console: Console, results: Results, colony: EmbeddedColony, is_over: bool) -> None:
     if colony.generation > 0:
         try:
             draw_plots(results.folder)
             console.print(f"plots: {results.folder / 'plots'}", highlight=False)
         except PlotsError as error:
             console.print(str(error), highlight=False)
-    if not is_done:
+    if not is_over:
         console.print(
             f"stopped in generation {colony.generation};"
             f" go on with: crcolony evolve --resume --out {results.folder}",
@@ -60,7 +65,7 @@ def _finish(console: Console, results: Results, colony: EmbeddedColony, is_done:
     sys.stdout.flush()
 
 
-class _Stop:
+class Stop:
     """Tells whether to stop: after Ctrl-C (or SIGTERM), or when the time is over."""
 
     def __init__(self, minutes: float | None) -> None:
@@ -97,7 +102,7 @@ class Watch:
         """Print a plain line about the last generation: the first, the last, and one now and then."""
         self._look_at_the_clock()
         now_s, colony, row = time.monotonic(), self._colony, self._colony.summary
-        is_last = colony.generation == colony.config.generations
+        is_last = is_done(colony)
         is_due = now_s - self._said_at_s >= _PLAIN_LINE_S or is_last or self._told < 0
         if row and is_due and colony.generation > self._told:
             self._said_at_s, self._told = now_s, colony.generation
@@ -115,12 +120,15 @@ class Watch:
         table = Table(box=None, show_header=False, pad_edge=False)
         table.add_column(style="bold")
         table.add_column()
-        table.add_row("generation", f"{colony.generation} of {colony.config.generations}")
+        last = f" of {colony.config.generations}" if colony.config.generations else ""
+        table.add_row("generation", f"{colony.generation}{last}")
         if row:
             table.add_row("matings", f"{row['matings']:.2f} per agent, last generation")
             table.add_row("batteries", f"{row['captures']:.2f} per agent")
-            table.add_row("starved", f"{row['starved']:.0%} of the agents")
-        table.add_row("energy", _bars(energies[:8].tolist()))
+            table.add_row(
+                "energy", f"{row['energy']:.2f} while alive; {row['starved']:.0%} of agents starved"
+            )
+        table.add_row("energy now", _bars(energies[:8].tolist()))
         table.add_row("speed", f"{self._speed() / 1e6:.2f} million robot-steps/s")
         return table
 

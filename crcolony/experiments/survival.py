@@ -6,9 +6,9 @@ with a smaller lambda of the mating module. What these runs say is printed as it
 """
 
 import csv
+import json
 import os
-import signal
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -16,10 +16,11 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from crcolony.colony.evolve import begin, evolve
-from crcolony.colony.results import ResultsError
+from crcolony.colony.evolve import begin, evolve, resume
+from crcolony.colony.results import ResultsError, read_table
+from crcolony.colony.terminal import Stop
 from crcolony.compiled import FloatArray
-from crcolony.config import Config
+from crcolony.config import Config, ConfigError, load
 
 LAST = 10
 """A run's end is the mean of so many last generations."""
@@ -52,48 +53,66 @@ def arms_of(config: Config, compare: bool) -> dict[str, Config]:
     return arms
 
 
-def run_once(arm: str, config: Config, folder: Path) -> Outcome:
-    """Run one colony to its end into a folder; it can run in any process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    results, colony = begin(folder, config)
-    rows: list[dict[str, float]] = []
+def run_once(arm: str, config: Config, folder: Path) -> Outcome | None:
+    """Run one colony to its end into a folder, or go on with it there; it can run in any process.
 
-    def note(_: object) -> None:
-        if colony.summary and len(rows) < colony.generation:
-            rows.append(colony.summary)
-
-    evolve(results, colony, lambda: False, note)
-    results.close()
-
-    def end(name: str) -> float:
-        return float(np.mean([row[name] for row in rows[-LAST:]]))
-
-    return Outcome(
-        arm=arm,
-        seed=config.seed,
-        matings_first=rows[0]["matings"],
-        matings_end=end("matings"),
-        captures_first=rows[0]["captures"],
-        captures_end=end("captures"),
-        mating_lambda_end=end("mating.lambda mean"),
-        mating_tau_end=end("mating.tau q50"),
-        foraging_tau_end=end("foraging.tau q50"),
-        history_hash=str(results.hash),
-    )
+    Stops after Ctrl-C, or when the process that started it is gone, and returns None then; what it did is kept.
+    """
+    stop, parent = Stop(None), os.getppid()
+    if (folder / "config.toml").exists():
+        if load(folder / "config.toml") != config:
+            raise ConfigError(f"{folder / 'config.toml'}: another config than this comparison has")
+        results, colony = resume(folder)
+    else:
+        results, colony = begin(folder, config)
+    try:
+        is_over = evolve(results, colony, lambda: stop() or os.getppid() != parent, lambda _: None)
+    finally:
+        results.close()
+    return read_outcome(arm, folder) if is_over else None
 
 
-def run_survival(config: Config, seeds: int, out: Path, compare: bool) -> int:
-    """Run all seeds of all arms in all cores, write `outcomes.csv`, and print what they say; return 0."""
-    if out.exists() and any(out.iterdir()):
-        raise ResultsError(f"{out}: not empty; choose another --out")
+def read_outcome(arm: str, folder: Path) -> Outcome:
+    """Read a finished run's numbers from its folder; raises ResultsError if that is not possible."""
+    try:
+        run = json.loads((folder / "run.json").read_text("utf-8"))
+        rows = read_table(folder / "generations.csv")
+
+        def end(name: str) -> float:
+            return float(np.mean([float(row[name]) for row in rows[-LAST:]]))
+
+        return Outcome(
+            arm=arm,
+            seed=run["seed"],
+            matings_first=float(rows[0]["matings"]),
+            matings_end=end("matings"),
+            captures_first=float(rows[0]["captures"]),
+            captures_end=end("captures"),
+            mating_lambda_end=end("mating.lambda mean"),
+            mating_tau_end=end("mating.tau q50"),
+            foraging_tau_end=end("foraging.tau q50"),
+            history_hash=run["history_hash"],
+        )
+    except (OSError, IndexError, KeyError, TypeError, ValueError) as error:
+        raise ResultsError(f"{folder}: not the results of a whole run: {error}") from None
+
+
+def run_survival(config: Config, seeds: int, out: Path, compare: bool, goes_on: bool) -> int:
+    """Run all seeds of all arms in all cores, write `outcomes.csv`, and print what they say; return the exit code.
+
+    `goes_on`: runs in `out` that are done are only read, and others go on; without it `out` must be empty.
+    """
+    if not goes_on and out.exists() and any(out.iterdir()):
+        raise ResultsError(f"{out}: not empty; choose another --out or use --resume")
     jobs = [
         (name, msgspec.structs.replace(arm, seed=config.seed + k))
         for k in range(seeds)
         for name, arm in arms_of(config, compare).items()
     ]
     outcomes: list[Outcome] = []
+    stop = Stop(None)
     with ProcessPoolExecutor(os.cpu_count()) as executor:
-        for outcome in _run_all(executor, jobs, out):
+        for outcome in _run_all(executor, jobs, out, stop):
             outcomes.append(outcome)
             print(
                 f"{len(outcomes)} of {len(jobs)}: {outcome.arm}, seed {outcome.seed}:"
@@ -101,6 +120,9 @@ def run_survival(config: Config, seeds: int, out: Path, compare: bool) -> int:
                 f" history hash: {outcome.history_hash}",
                 flush=True,
             )
+    if len(outcomes) < len(jobs):
+        print(f"stopped; go on with the same command and --resume --out {out}")
+        return 0
     outcomes.sort(key=lambda outcome: (outcome.arm, outcome.seed))
     _write(outcomes, out / "outcomes.csv")
     for line in report(outcomes):
@@ -108,7 +130,13 @@ def run_survival(config: Config, seeds: int, out: Path, compare: bool) -> int:
     return 0
 
 
-def _run_all(executor: Executor, jobs: list[tuple[str, Config]], out: Path) -> Iterable[Outcome]:
+def _run_all(
+    executor: Executor,
+    jobs: list[tuple[str, Config]],
+    out: Path,
+    is_stopped: Callable[[], bool],
+) -> Iterable[Outcome]:
+    """Yield the outcomes as they come; after a stop or an error start no more."""
     running = [
         executor.submit(
             run_once, name, config, out / name.replace(" ", "-") / f"seed-{config.seed}"
@@ -117,10 +145,12 @@ def _run_all(executor: Executor, jobs: list[tuple[str, Config]], out: Path) -> I
     ]
     try:
         for future in as_completed(running):
-            yield future.result()
-    except KeyboardInterrupt:
+            outcome = future.result()
+            if outcome is None or is_stopped():
+                break
+            yield outcome
+    finally:
         executor.shutdown(cancel_futures=True)
-        raise
 
 
 def _write(outcomes: list[Outcome], path: Path) -> None:

@@ -55,6 +55,15 @@ def habits_of(
     )
 
 
+def weight_bytes(
+    count: int, learning: Learning, life: Life, modules: Sequence[LearningModule] = MODULES
+) -> int:
+    """Return how much memory the weights of all agents of `count` robots take: nearly all that robots need."""
+    tiles = learning.tilings * ((learning.distance_tiles + 1) * (learning.bearing_tiles + 1) + 2)
+    actions = len(learning.speeds_m_s) * len(learning.turns_rad_s)
+    return 8 * count * life.agents * len(modules) * tiles * actions
+
+
 def unborn_robots(count: int, habits: Habits, agents: int, genes: int, seed: int) -> Robots:
     """Return `count` robots with nothing in them: no genotypes, no energy, nothing learnt."""
     modules = habits.targets.shape[0]

@@ -45,17 +45,23 @@ def agent_schema(
 
 
 def _meta_genes(name: str, heredity: Heredity) -> list[Gene]:
-    highest = {"gamma": heredity.highest_gamma, "tau_decay": heredity.highest_temperature_decay}
-    deviation = {"tau_decay": heredity.temperature_decay_mutation_sd}
+    highest = (
+        heredity.highest_alpha,
+        heredity.highest_gamma,
+        heredity.highest_lambda,
+        heredity.highest_tau,
+        heredity.highest_tau_decay,
+    )
+    deviations = {"tau_decay": heredity.tau_decay_mutation_sd}
     return [
         Gene(
             f"{name}.{meta}",
             low=0.0,
-            high=highest.get(meta, 1.0),
-            initial=Uniform(0.0, highest.get(meta, 1.0)),
-            mutation_sd=deviation.get(meta, heredity.meta_mutation_sd),
+            high=high,
+            initial=Uniform(0.0, high),
+            mutation_sd=deviations.get(meta, heredity.meta_mutation_sd),
         )
-        for meta in META_PARAMETERS
+        for meta, high in zip(META_PARAMETERS, highest, strict=True)
     ]
 
 

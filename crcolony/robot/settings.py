@@ -7,6 +7,7 @@ from msgspec import Meta
 
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 NotNegative = Annotated[float, Meta(ge=0.0, le=1e6)]
+Rate = Annotated[float, Meta(ge=-100.0, le=100.0)]
 Count = Annotated[int, Meta(ge=1, le=1000)]
 Tiles = Annotated[int, Meta(ge=1, le=100)]
 
@@ -23,8 +24,8 @@ class Learning(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     """False: the potential genes are absent (all potentials are 0)."""
     potential_distances: Tiles = 4
     potential_bearings: Tiles = 4
-    speeds_m_s: tuple[float, ...] = (0.0, 0.15, 0.3)
-    turns_rad_s: tuple[float, ...] = (-1.0, 0.0, 1.0)
+    speeds_m_s: tuple[Rate, ...] = (0.0, 0.15, 0.3)
+    turns_rad_s: tuple[Rate, ...] = (-1.0, 0.0, 1.0)
     """The actions are all pairs of a speed and a turning rate."""
     action_ttl_s: Annotated[float, Meta(gt=0.0, le=10.0)] = 0.5
 
@@ -59,8 +60,12 @@ class Heredity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     selector_sd: NotNegative = 0.5
     selector_mutation_sd: NotNegative = 0.3
     meta_mutation_sd: NotNegative = 0.15
+    highest_alpha: Share = 1.0
     highest_gamma: Share = 0.999
-    highest_temperature_decay: NotNegative = 0.2
-    temperature_decay_mutation_sd: NotNegative = 0.03
+    highest_lambda: Share = 1.0
+    highest_tau: NotNegative = 1.0
+    highest_tau_decay: NotNegative = 0.2
+    """Meta-parameters of the first generation are uniform from 0 to these, and never beyond."""
+    tau_decay_mutation_sd: NotNegative = 0.03
     potential_sd: NotNegative = 0.3
     potential_mutation_sd: NotNegative = 0.2

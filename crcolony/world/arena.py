@@ -17,6 +17,7 @@ from crcolony.world.tick import advance, command, observe
 
 _COLOURS = np.eye(3)
 _MOST_NEAR = 512
+_TRIES = 500
 
 
 class Arena:
@@ -111,18 +112,9 @@ class Arena:
 
     def _scatter(self) -> None:
         """Place robots and packs at random, robots clear of each other and of obstacles."""
-        world, rules = self.world, self.world.rules
-        margin_m = rules.radius_m + 0.01
-        half_x, half_y = 0.5 * rules.width_m - margin_m, 0.5 * rules.height_m - margin_m
-        placed: list[tuple[float, float]] = []
-        while len(placed) < self.robots:
-            for _ in range(200):
-                x = (2.0 * draw(world.stream) - 1.0) * half_x
-                y = (2.0 * draw(world.stream) - 1.0) * half_y
-                if self._is_free(x, y, placed):
-                    break
-            placed.append((x, y))
-        world.poses[:, :2] = placed
+        world = self.world
+        for i in range(self.robots):
+            world.poses[i, :2] = self._free_place(world.poses[:i, :2])
         for i in range(self.robots):
             world.poses[i, 2] = (2.0 * draw(world.stream) - 1.0) * math.pi
         self._sort()
@@ -130,13 +122,28 @@ class Arena:
             place_pack(world, pack)
             sort_into_cells(world.pack_cells, world.packs)
 
-    def _is_free(self, x: float, y: float, placed: list[tuple[float, float]]) -> bool:
-        radius_m = self.world.rules.radius_m
-        if any(math.hypot(x - px, y - py) < 2.0 * radius_m for px, py in placed):
-            return False
-        return all(
-            math.hypot(x - px, y - py) >= radius_m + pr for px, py, pr in self.world.pillars
-        ) and all(_wall_clearance(wall, x, y) >= radius_m for wall in self.world.walls)
+    def _free_place(self, taken: FloatArray) -> tuple[float, float]:
+        """Return a random place for a robot, clear of others at `taken` (n, 2); raises ValueError if none is found."""
+        world, rules = self.world, self.world.rules
+        margin_m = rules.radius_m + 0.01
+        half_x, half_y = 0.5 * rules.width_m - margin_m, 0.5 * rules.height_m - margin_m
+        for _ in range(_TRIES):
+            x = (2.0 * draw(world.stream) - 1.0) * half_x
+            y = (2.0 * draw(world.stream) - 1.0) * half_y
+            if self._is_free(x, y, taken):
+                return x, y
+        raise ValueError(f"arena: no free place is found for robot {taken.shape[0]}")
+
+    def _is_free(self, x: float, y: float, taken: FloatArray) -> bool:
+        radius_m, pillars = self.world.rules.radius_m, self.world.pillars
+        others_m = np.hypot(taken[:, 0] - x, taken[:, 1] - y)
+        pillars_m = np.hypot(pillars[:, 0] - x, pillars[:, 1] - y) - pillars[:, 2]
+        walls_m = np.array([_wall_clearance(wall, x, y) for wall in self.world.walls])
+        return bool(
+            (others_m >= 2.0 * radius_m).all()
+            and (pillars_m >= radius_m).all()
+            and (walls_m >= radius_m).all()
+        )
 
     def _sort(self) -> None:
         world = self.world

@@ -23,6 +23,8 @@ def check_fit(arena: Arena, rodent: CyberRodent, robots: int) -> None:
     free_m2 = width_m * height_m - sum(math.pi * r * r for _, _, r in arena.pillars)
     if min(width_m, height_m) < 4.0 * rodent.radius_m:
         raise ValueError(f"arena.width_m: {width_m:g} x {height_m:g} m is too small for a robot")
+    if free_m2 <= 0.0:
+        raise ValueError("arena.pillars: they cover the whole arena")
     if robots * (3.0 * rodent.radius_m) ** 2 > free_m2:
         raise ValueError(f"robots: {robots} do not fit into {free_m2:.3g} square metres")
     if packs * (0.5 * rodent.radius_m) ** 2 > free_m2:

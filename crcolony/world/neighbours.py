@@ -1,10 +1,13 @@
 """Who is near: points sorted into square cells, so that a search looks at nine cells and not at everybody."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from crcolony.compiled import FloatArray, IntArray, compiled
+
+_CELLS_PER_POINT = 4
 
 
 class Cells(NamedTuple):
@@ -23,7 +26,8 @@ class Cells(NamedTuple):
 
 
 def new_cells(width_m: float, height_m: float, cell_m: float, points: int) -> Cells:
-    """Return empty cells at least `cell_m` wide that cover a rectangle around the origin."""
+    """Return empty cells at least `cell_m` wide that cover a rectangle around the origin: a few for every point."""
+    cell_m = max(cell_m, math.sqrt(width_m * height_m / (_CELLS_PER_POINT * max(points, 1))))
     columns = max(1, int(width_m / cell_m))
     rows = max(1, int(height_m / cell_m))
     per_metre = min(columns / width_m, rows / height_m)

@@ -12,6 +12,7 @@ Positive = Annotated[float, Meta(gt=0.0, le=1e4)]
 NotNegative = Annotated[float, Meta(ge=0.0, le=1e4)]
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 Angle = Annotated[float, Meta(ge=0.0, le=3.141592653589793)]
+Place = Annotated[float, Meta(ge=-1e4, le=1e4)]
 Steps = Annotated[int, Meta(ge=0, le=100)]
 
 
@@ -33,9 +34,9 @@ class Arena(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     pack_wall_margin_m: NotNegative = 0.2
     pack_clearance_m: NotNegative = 0.3
     """A replaced pack appears at least this far from every robot and pack, where there is room."""
-    pillars: tuple[tuple[float, float, Positive], ...] = ()
+    pillars: tuple[tuple[Place, Place, Positive], ...] = ()
     """Round obstacles: x, y, radius, in metres from the middle of the arena."""
-    inner_walls: tuple[tuple[float, float, float, float], ...] = ()
+    inner_walls: tuple[tuple[Place, Place, Place, Place], ...] = ()
     """Straight obstacles: from x, y to x, y, in metres from the middle of the arena."""
     wall_turn_rad: Angle = 0.0
     """Reflex: touching a wall turns a robot by a random angle up to this; 0: walls only stop it."""

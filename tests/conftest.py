@@ -1,0 +1,16 @@
+"""The first call of a compiled function compiles it, which no deadline for one example allows.
+
+Examples are the same on every run; `--hypothesis-profile=explore` looks at new ones.
+"""
+
+import numba
+import numpy as np
+from hypothesis import settings
+
+settings.register_profile("repeatable", deadline=None, derandomize=True)
+settings.register_profile("explore", deadline=None, max_examples=1000)
+settings.load_profile("repeatable")
+
+if numba.config.DISABLE_JIT:
+    # Compiled arithmetic overflows and divides in silence; so must the same code run as plain Python.
+    np.seterr(all="ignore")

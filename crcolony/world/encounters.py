@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from crcolony.compiled import compiled
 from crcolony.randomness import draw_bits
 from crcolony.world import body
@@ -9,7 +11,8 @@ from crcolony.world.neighbours import find_near
 from crcolony.world.senses import hidden, in_view
 from crcolony.world.state import World
 
-_NONCE_UNIT = 2**16
+_SHIFT = np.uint64(16)
+"""A nonce has 48 bits: an observation's float64 holds it exactly."""
 
 
 @compiled
@@ -31,7 +34,7 @@ def report_encounters(world: World) -> None:
             break
         i, j = int(world.contacts[best, 1]), int(world.contacts[best, 2])
         world.partners[i], world.partners[j] = j, i
-        nonce = float(draw_bits(world.stream) // _NONCE_UNIT)
+        nonce = float(draw_bits(world.stream) >> _SHIFT)
         world.nonces[i], world.nonces[j] = nonce, nonce
 
 

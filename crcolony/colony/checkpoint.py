@@ -27,8 +27,8 @@ def write_checkpoint(file: BinaryIO, colony: Mapping[str, Any]) -> None:
 def read_checkpoint(path: Path) -> dict[str, Any]:
     """Read what `write_checkpoint` wrote; raises FileNotFoundError, or CheckpointError for anything damaged."""
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
         saved: dict[str, Any] = _put_arrays(
             msgspec.msgpack.decode(arrays.pop(_REST).tobytes()), arrays
         )

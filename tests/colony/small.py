@@ -9,14 +9,13 @@ SMALL = (
     "life.slices=2",
     "life.slice_steps=150",
     "life.initial_energy=1.0",
-    "generations=3",
     "arena.area_per_robot_m2=0.4",
 )
 """Crowded and well fed, so that there are matings in every generation."""
 
 
 def small(*settings: str) -> Config:
-    return load(None, [*SMALL, *settings])
+    return load(None, [*SMALL, "generations=3", *settings])
 
 
 class Recorder:

@@ -102,7 +102,7 @@ def test_every_mating_is_between_two_robots_that_face_each_other_in_range() -> N
 
 
 def test_an_offspring_is_born_of_two_agents_that_mated_and_one_that_conceived() -> None:
-    """Every child's mother conceived from its father in a mating of the generation before, or is a mutant's only parent."""
+    """A child has a mother who conceived from its father in the generation before, or is her mutated copy."""
     colony, recorder = new_colony()
     colony.begin()
     live(colony, 4)
@@ -153,7 +153,7 @@ def test_population_and_books_stay_whole() -> None:
 
 
 def test_the_hungry_die_once_and_mate_no_more() -> None:
-    """Where there is nothing to eat everybody starves in the first slice, and the colony goes on to the next generation."""
+    """Where there is nothing to eat all starve in their first slice, and the colony goes on."""
     settings = ("arena.packs=1", "life.initial_energy=0.05", "arena.pack_charge=0.0001")
     colony, recorder = new_colony(*settings)
     colony.begin()

@@ -54,7 +54,7 @@ def test_settings_stand_above_the_file_and_the_last_one_counts(tmp_path: Path) -
         ("[arena]\nwidth_m = -2.0", "arena.width_m: expected `float` >= 0.0"),
         ("[arena]\nwidth_m = nan", "arena.width_m: expected `float` >= 0.0"),
         ("[arena]\nheight_m = inf", "arena.height_m: expected `float` <= 10000.0"),
-        ("[arena]\npacks = 5000", "arena.packs: 5000 do not fit into 6.25 square metres"),
+        ("[arena]\npacks = 5000", "arena.packs: 5000 do not fit into 4.84 square metres"),
         ("[arena]\nwidth_m = 0.2", "arena.width_m: 0.2 x 0.2 m is too small for a robot"),
         ("[arena]\nwidth_m = 0.5", "robots: 4 do not fit into 0.25 square metres"),
         ("[arena]\npillars = [[0, 0, 3.0]]", "arena.pillars: they cover the whole arena"),

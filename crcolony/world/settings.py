@@ -23,7 +23,7 @@ class Arena(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     """0: a square of `area_per_robot_m2` for every robot."""
     height_m: NotNegative = 0.0
     """0: as wide as high."""
-    area_per_robot_m2: Positive = 1.5625
+    area_per_robot_m2: Positive = 1.21
     packs: Annotated[int, Meta(ge=0, le=100_000)] = 0
     """0: `packs_per_robot` for every robot."""
     packs_per_robot: NotNegative = 2.0

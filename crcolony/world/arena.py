@@ -30,7 +30,6 @@ class Arena:
         self, robots: int, arena: settings.Arena, rodent: settings.CyberRodent, seed: int
     ) -> None:
         self.robots = robots
-        self.period_s = arena.control_period_s
         width_m, height_m = size_m(arena, robots)
         packs = pack_count(arena, robots)
         check_fit(arena, rodent, robots)
@@ -43,7 +42,7 @@ class Arena:
             rodent.mass_kg,
             np.vstack([_outer_walls(width_m, height_m), inner_walls]),
             pillars,
-            rules.step_s,
+            rules.period_s / rules.physics_steps,
         )
         cell_m = _farthest_search_m(arena, rodent)
         self.world = World(
@@ -196,7 +195,7 @@ def _rules(
     return Rules(
         width_m=width_m,
         height_m=height_m,
-        step_s=arena.control_period_s / arena.physics_steps,
+        period_s=arena.control_period_s,
         physics_steps=arena.physics_steps,
         wall_turn_rad=arena.wall_turn_rad,
         pack_charge=arena.pack_charge,

@@ -42,7 +42,7 @@ class Arena(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     """Reflex: touching a wall turns a robot by a random angle up to this; 0: walls only stop it."""
     control_period_s: Positive = 0.2
     physics_steps: Annotated[int, Meta(ge=1, le=100)] = 1
-    """Physics steps in a control period."""
+    """Physics steps in a control period, at least: fast robots get as many as they need not to jump over a wall."""
 
 
 class Noise(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

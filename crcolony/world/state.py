@@ -15,7 +15,7 @@ class Rules(NamedTuple):
 
     width_m: float
     height_m: float
-    step_s: float
+    period_s: float
     physics_steps: int
     wall_turn_rad: float
     pack_charge: float

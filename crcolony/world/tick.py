@@ -16,6 +16,8 @@ from crcolony.world.physics import pull, push, step
 from crcolony.world.senses import hear, see_packs, see_robots
 from crcolony.world.state import World
 
+_LONGEST_STEP = 0.6
+"""Share of its radius that a robot moves at most in one physics step."""
 _BEARINGS = (body.PACK + body.BEARING, body.FACE + body.BEARING, body.TAIL + body.BEARING)
 
 
@@ -32,9 +34,11 @@ def advance(world: World) -> None:
     """Let one control period pass: from the actions in force to new poses, charges and encounters."""
     rules = world.rules
     _obey(world)
-    for _ in range(rules.physics_steps):
-        push(world.physics, world.poses, world.wheels, rules.track_m, rules.step_s)
-        step(world.physics, rules.step_s)
+    steps = _physics_steps(world)
+    step_s = rules.period_s / steps
+    for _ in range(steps):
+        push(world.physics, world.poses, world.wheels, rules.track_m, step_s)
+        step(world.physics, step_s)
         pull(world.physics, world.poses, world.velocities)
     if rules.wall_turn_rad > 0.0:
         _turn_at_walls(world)
@@ -50,7 +54,7 @@ def advance(world: World) -> None:
 @compiled
 def _obey(world: World) -> None:
     """Put the actions due into force; a robot whose last command has outlived its time to live stops."""
-    period_s = world.rules.step_s * world.rules.physics_steps
+    period_s = world.rules.period_s
     delay = world.pending.shape[0] - 1
     for i in range(world.actions.shape[0]):
         is_stale = world.left_s[i] <= 0.0
@@ -63,6 +67,17 @@ def _obey(world: World) -> None:
                 world.pending[age, i, column] = world.pending[age - 1, i, column]
         world.wheels[i, 0] = world.actions[i, body.WHEEL_LEFT]
         world.wheels[i, 1] = world.actions[i, body.WHEEL_RIGHT]
+
+
+@compiled
+def _physics_steps(world: World) -> int:
+    """How many physics steps this period takes: more than configured where a robot would jump over a wall in one."""
+    rules = world.rules
+    fastest = 0.0
+    for i in range(world.wheels.shape[0]):
+        fastest = max(fastest, abs(world.wheels[i, 0] + world.wheels[i, 1]))
+    way_m = 0.5 * fastest * rules.period_s
+    return max(rules.physics_steps, math.ceil(way_m / (_LONGEST_STEP * rules.radius_m)))
 
 
 @compiled
@@ -130,7 +145,7 @@ def _sight(world: World) -> float:
 @compiled
 def _balance(world: World, i: int, row: FloatArray) -> None:
     """Write gyro, accelerometer and wheel speeds; the accelerometer compares with the last observation's wheels."""
-    period_s = world.rules.step_s * world.rules.physics_steps
+    period_s = world.rules.period_s
     vx, vy, turn = world.velocities[i, 0], world.velocities[i, 1], world.velocities[i, 2]
     ahead = vx * world.headings[i, 0] + vy * world.headings[i, 1]
     row[body.GYRO] = turn

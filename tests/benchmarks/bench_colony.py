@@ -34,9 +34,10 @@ def run_whole(world: World, robots: Robots, habits: Habits, actions: FloatArray,
 
 @compiled
 def run_physics(world: World, ticks: int) -> None:
+    step_s = world.rules.period_s / world.rules.physics_steps
     for _ in range(ticks * world.rules.physics_steps):
-        push(world.physics, world.poses, world.wheels, world.rules.track_m, world.rules.step_s)
-        step(world.physics, world.rules.step_s)
+        push(world.physics, world.poses, world.wheels, world.rules.track_m, step_s)
+        step(world.physics, step_s)
         pull(world.physics, world.poses, world.velocities)
 
 

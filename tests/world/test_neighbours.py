@@ -1,0 +1,90 @@
+"""The cell grid finds exactly who is near, and looks only at those around."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from crcolony.world.neighbours import Cells, find_near, new_cells, sort_into_cells
+
+
+def looked_at(cells: Cells, x: float, y: float) -> int:
+    """Return how many points lie in the nine cells that a search at x, y visits."""
+    column = int((x - cells.grid[0]) * cells.grid[2])
+    row = int((y - cells.grid[1]) * cells.grid[2])
+    total = 0
+    for r in range(max(row - 1, 0), min(row + 2, cells.shape[1])):
+        for c in range(max(column - 1, 0), min(column + 2, cells.shape[0])):
+            cell = r * cells.shape[0] + c
+            total += int(cells.start[cell + 1] - cells.start[cell])
+    return total
+
+
+@given(
+    st.integers(0, 2**32),
+    st.integers(1, 60),
+    st.floats(0.5, 20.0),
+    st.floats(0.5, 20.0),
+    st.floats(0.01, 5.0),
+)
+def test_a_search_finds_what_brute_force_finds(
+    seed: int, points: int, width_m: float, height_m: float, range_m: float
+) -> None:
+    """Every point within range with its offsets and squared distance, and no other, also at and beyond the border."""
+    rng = np.random.default_rng(seed)
+    positions = (rng.random((points, 2)) - 0.5) * [width_m, height_m] * 1.1
+    cells = new_cells(width_m, height_m, range_m, points)
+    sort_into_cells(cells, positions)
+    found = np.zeros((points, 4))
+    x, y = (rng.random(2) - 0.5) * [width_m, height_m]
+    count = find_near(cells, positions, x, y, range_m, found)
+    offsets = positions - [x, y]
+    squared = offsets[:, 0] * offsets[:, 0] + offsets[:, 1] * offsets[:, 1]
+    expected = np.flatnonzero(squared <= range_m * range_m)
+    assert sorted(found[:count, 0]) == expected.tolist()
+    for point, dx, dy, distance in found[:count]:
+        assert (dx, dy) == tuple(offsets[int(point)])
+        assert distance == squared[int(point)]
+
+
+@given(st.integers(0, 2**32), st.integers(1, 200))
+def test_sorting_puts_every_point_into_its_cell_in_order(seed: int, points: int) -> None:
+    """Each index once, and within a cell the smaller index first."""
+    rng = np.random.default_rng(seed)
+    positions = (rng.random((points, 3)) - 0.5) * 10.0
+    cells = new_cells(10.0, 10.0, 1.0, points)
+    sort_into_cells(cells, positions)
+    assert sorted(cells.order) == list(range(points))
+    for c in range(cells.start.size - 1):
+        members = cells.order[cells.start[c] : cells.start[c + 1]]
+        assert (cells.cell[members] == c).all()
+        assert (np.diff(members) > 0).all()
+
+
+def test_what_a_search_looks_at_does_not_grow_with_the_colony() -> None:
+    """At the same density 1,600 robots look at hardly more neighbours each than 100."""
+    looked = {}
+    for robots in (100, 1600):
+        width_m = np.sqrt(1.21 * robots)
+        positions = (np.random.default_rng(1).random((robots, 2)) - 0.5) * width_m
+        cells = new_cells(width_m, width_m, 1.5, robots)
+        sort_into_cells(cells, positions)
+        looked[robots] = np.mean([looked_at(cells, x, y) for x, y in positions])
+    assert looked[1600] < 1.3 * looked[100] < 40.0
+
+
+@pytest.mark.parametrize("robots", [1, 4, 1000])
+def test_cells_stay_few_however_short_sighted_robots_are(robots: int) -> None:
+    """A hall of a kilometre and a sight of a millimetre need no million of cells."""
+    cells = new_cells(1000.0, 1000.0, 0.001, robots)
+    assert cells.start.size <= 4 * robots + 1
+
+
+def test_more_than_there_is_room_for_is_left_out() -> None:
+    """The scratch array is never overrun."""
+    positions = np.zeros((10, 2))
+    cells = new_cells(1.0, 1.0, 1.0, 10)
+    sort_into_cells(cells, positions)
+    found = np.zeros((4, 4))
+    assert find_near(cells, positions, 0.0, 0.0, 0.5, found) == 4
+    assert found[:, 0].tolist() == [0, 1, 2, 3]

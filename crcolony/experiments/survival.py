@@ -183,10 +183,17 @@ def report(outcomes: list[Outcome]) -> list[str]:
     if "implicit" in arms:
         own = ends["implicit"]
         for arm in (arm for arm in arms if arm != "implicit"):
-            ratio = own.mean() / max(ends[arm].mean(), 1e-12)
             p = mannwhitneyu(own, ends[arm]).pvalue
-            lines += ["", f"implicit / {arm}: {ratio:.2f} (Mann-Whitney p = {p:.2g})"]
+            lines += ["", f"implicit / {arm}: {_ratio(own, ends[arm])} (Mann-Whitney p = {p:.2g})"]
     return lines
+
+
+def _ratio(one: FloatArray, other: FloatArray) -> str:
+    """Return the ratio of two means and its 95 % interval by bootstrap (10,000 resamples, always the same)."""
+    rng = np.random.default_rng(0)
+    means = [rng.choice(values, (10_000, values.size)).mean(axis=1) for values in (one, other)]
+    low, high = np.quantile(means[0] / np.maximum(means[1], 1e-12), [0.025, 0.975])
+    return f"{one.mean() / max(other.mean(), 1e-12):.2f} ({low:.2f} to {high:.2f})"
 
 
 def _column(outcomes: list[Outcome], arm: str, name: str) -> FloatArray:

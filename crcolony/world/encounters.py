@@ -1,7 +1,5 @@
 """Encounters: two robots with their beacons on face each other within infrared range (thesis 4.5, 5.2)."""
 
-import math
-
 import numpy as np
 
 from crcolony.compiled import compiled
@@ -24,18 +22,30 @@ def report_encounters(world: World) -> None:
         if world.actions[i, body.BEACON] >= 0.5 and pairs < world.contacts.shape[0]:
             pairs = _pairs_of(world, i, pairs)
     for _ in range(pairs):
-        nearest, best = math.inf, -1
+        best = -1
         for k in range(pairs):
             i, j = int(world.contacts[k, 1]), int(world.contacts[k, 2])
-            free = world.partners[i] < 0 and world.partners[j] < 0
-            if free and world.contacts[k, 0] < nearest:
-                nearest, best = world.contacts[k, 0], k
+            if world.partners[i] < 0 and world.partners[j] < 0 and _comes_before(world, k, best):
+                best = k
         if best < 0:
             break
         i, j = int(world.contacts[best, 1]), int(world.contacts[best, 2])
         world.partners[i], world.partners[j] = j, i
         nonce = float(draw_bits(world.stream) >> _SHIFT)
         world.nonces[i], world.nonces[j] = nonce, nonce
+
+
+@compiled
+def _comes_before(world: World, k: int, best: int) -> bool:
+    """Tell whether contact k is nearer than contact `best` (-1: none), or as near and of smaller indices."""
+    if best < 0:
+        return True
+    for column in range(3):
+        if world.contacts[k, column] < world.contacts[best, column]:
+            return True
+        if world.contacts[k, column] > world.contacts[best, column]:
+            return False
+    return False
 
 
 @compiled

@@ -10,6 +10,10 @@ from crcolony.world.senses import in_view
 from crcolony.world.state import World
 
 _TRIES = 20
+_EMPTY = 1e-9
+"""What is left of a pack by rounding is no charge."""
+_IN_JAW_M = 0.02
+"""How far in front of the hull a jaw holds a pack."""
 
 
 @compiled
@@ -85,8 +89,9 @@ def _take_charge(world: World, i: int, pack: int) -> None:
     taken = min(rules.pack_charge_per_step, world.pack_charges[pack])
     world.charges[i] = taken
     world.pack_charges[pack] -= taken
-    world.packs[pack, 0] = world.poses[i, 0] + rules.radius_m * world.headings[i, 0]
-    world.packs[pack, 1] = world.poses[i, 1] + rules.radius_m * world.headings[i, 1]
-    if world.pack_charges[pack] <= 0.0:
+    ahead_m = rules.radius_m + _IN_JAW_M
+    world.packs[pack, 0] = world.poses[i, 0] + ahead_m * world.headings[i, 0]
+    world.packs[pack, 1] = world.poses[i, 1] + ahead_m * world.headings[i, 1]
+    if world.pack_charges[pack] < _EMPTY:
         world.holding[i] = -1
         place_pack(world, pack)

@@ -44,7 +44,6 @@ class Arena:
             pillars,
             rules.period_s / rules.physics_steps,
         )
-        cell_m = _farthest_search_m(arena, rodent)
         self.world = World(
             poses=np.zeros((robots, 3)),
             headings=np.zeros((robots, 2)),
@@ -73,8 +72,9 @@ class Arena:
             near=np.zeros((min(robots, _MOST_NEAR), 4)),
             blobs=np.zeros((max(1, min(packs, _MOST_NEAR)), 4)),
             contacts=np.zeros((4 * robots, 3)),
-            robot_cells=new_cells(width_m, height_m, cell_m, robots),
-            pack_cells=new_cells(width_m, height_m, cell_m, packs),
+            nearest=np.zeros(robots, dtype=np.int64),
+            robot_cells=new_cells(width_m, height_m, rodent.camera_range_m, robots),
+            pack_cells=new_cells(width_m, height_m, rodent.camera_range_m, packs),
             physics=self._space.physics,
             rules=rules,
         )
@@ -162,18 +162,6 @@ def _wall_clearance(wall: FloatArray, x: float, y: float) -> float:
     to = np.array([x, y]) - wall[:2]
     share = np.clip(np.dot(to, along) / max(np.dot(along, along), 1e-12), 0.0, 1.0)
     return float(np.hypot(*(to - share * along)))
-
-
-def _farthest_search_m(arena: settings.Arena, rodent: settings.CyberRodent) -> float:
-    reach_m = max(rodent.ir_range_m, rodent.proximity_range_m) + 2.0 * rodent.radius_m
-    return max(
-        rodent.camera_range_m if rodent.camera else 0.0,
-        reach_m if rodent.infrared else 0.0,
-        rodent.hearing_range_m if rodent.microphones else 0.0,
-        rodent.jaw_reach_m,
-        rodent.encounter_range_m,
-        arena.pack_clearance_m,
-    )
 
 
 def _noise(noise: settings.Noise) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Who is near: points sorted into square cells, so that a search looks at nine cells and not at everybody."""
+"""Who is near: points sorted into square cells, so that a search looks around and not at everybody."""
 
 import math
 from typing import NamedTuple
@@ -70,18 +70,20 @@ def sort_into_cells(cells: Cells, positions: FloatArray) -> None:
 def find_near(
     cells: Cells, positions: FloatArray, x: float, y: float, range_m: float, found: FloatArray
 ) -> int:
-    """Find the points within `range_m` (at most a cell's width) of x, y; return how many.
+    """Find the points within `range_m` of x, y; return how many.
 
     Row k of `found` becomes index, distance along x, distance along y, squared distance. Points beyond the length
     of `found` are left out.
     """
+    corner_x, corner_y, per_metre = cells.grid[0], cells.grid[1], cells.grid[2]
     columns, rows = cells.shape[0], cells.shape[1]
-    column = _along(x, cells.grid[0], cells.grid[2], columns)
-    row = _along(y, cells.grid[1], cells.grid[2], rows)
-    first, last = max(column - 1, 0), min(column + 1, columns - 1)
+    left = _along(x - range_m, corner_x, per_metre, columns)
+    right = _along(x + range_m, corner_x, per_metre, columns)
+    lowest = _along(y - range_m, corner_y, per_metre, rows)
+    highest = _along(y + range_m, corner_y, per_metre, rows)
     count = 0
-    for r in range(max(row - 1, 0), min(row + 1, rows - 1) + 1):
-        for k in range(cells.start[r * columns + first], cells.start[r * columns + last + 1]):
+    for row in range(lowest, highest + 1):
+        for k in range(cells.start[row * columns + left], cells.start[row * columns + right + 1]):
             point = cells.order[k]
             dx = positions[point, 0] - x
             dy = positions[point, 1] - y

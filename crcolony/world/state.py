@@ -95,6 +95,8 @@ class World(NamedTuple):
     """scratch: packs within sight of one robot"""
     contacts: FloatArray
     """scratch: pairs that could make contact"""
+    nearest: IntArray
+    """scratch: every robot's nearest contact"""
     robot_cells: Cells
     pack_cells: Cells
     physics: Physics

@@ -8,14 +8,15 @@ from hypothesis import strategies as st
 from crcolony.world.neighbours import Cells, find_near, new_cells, sort_into_cells
 
 
-def looked_at(cells: Cells, x: float, y: float) -> int:
-    """Return how many points lie in the nine cells that a search at x, y visits."""
-    column = int((x - cells.grid[0]) * cells.grid[2])
-    row = int((y - cells.grid[1]) * cells.grid[2])
+def looked_at(cells: Cells, x: float, y: float, range_m: float) -> int:
+    """Return how many points lie in the cells that a search at x, y visits."""
+    corner = cells.grid[:2]
+    low = ((np.array([x, y]) - range_m - corner) * cells.grid[2]).astype(int).clip(0)
+    high = ((np.array([x, y]) + range_m - corner) * cells.grid[2]).astype(int)
     total = 0
-    for r in range(max(row - 1, 0), min(row + 2, cells.shape[1])):
-        for c in range(max(column - 1, 0), min(column + 2, cells.shape[0])):
-            cell = r * cells.shape[0] + c
+    for row in range(low[1], min(high[1], cells.shape[1] - 1) + 1):
+        for column in range(low[0], min(high[0], cells.shape[0] - 1) + 1):
+            cell = row * cells.shape[0] + column
             total += int(cells.start[cell + 1] - cells.start[cell])
     return total
 
@@ -26,14 +27,15 @@ def looked_at(cells: Cells, x: float, y: float) -> int:
     st.floats(0.5, 20.0),
     st.floats(0.5, 20.0),
     st.floats(0.01, 5.0),
+    st.floats(0.01, 5.0),
 )
 def test_a_search_finds_what_brute_force_finds(
-    seed: int, points: int, width_m: float, height_m: float, range_m: float
+    seed: int, points: int, width_m: float, height_m: float, cell_m: float, range_m: float
 ) -> None:
     """Every point within range with its offsets and squared distance, and no other, also at and beyond the border."""
     rng = np.random.default_rng(seed)
     positions = (rng.random((points, 2)) - 0.5) * [width_m, height_m] * 1.1
-    cells = new_cells(width_m, height_m, range_m, points)
+    cells = new_cells(width_m, height_m, cell_m, points)
     sort_into_cells(cells, positions)
     found = np.zeros((points, 4))
     x, y = (rng.random(2) - 0.5) * [width_m, height_m]
@@ -69,7 +71,7 @@ def test_what_a_search_looks_at_does_not_grow_with_the_colony() -> None:
         positions = (np.random.default_rng(1).random((robots, 2)) - 0.5) * width_m
         cells = new_cells(width_m, width_m, 1.5, robots)
         sort_into_cells(cells, positions)
-        looked[robots] = np.mean([looked_at(cells, x, y) for x, y in positions])
+        looked[robots] = np.mean([looked_at(cells, x, y, 1.5) for x, y in positions])
     assert looked[1600] < 1.3 * looked[100] < 40.0
 
 

@@ -19,7 +19,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     try:
         code: int = options.command(options)
-    except (ConfigError, ResultsError, UsageError) as error:
+    except (ConfigError, ImportError, ResultsError, UsageError) as error:
         print(f"crcolony: {error}", file=sys.stderr)
         return _EXIT_WRONG_INPUT
     except KeyboardInterrupt:

@@ -45,6 +45,8 @@ def draw_plots(folder: Path) -> list[Path]:
             figure.savefig(folder / "plots" / f"{name}.png", dpi=110)
     except (ResultsError, ConfigError) as error:
         raise PlotsError(str(error)) from None
+    except KeyError as error:
+        raise PlotsError(f"{folder / 'generations.csv'}: corrupt: no column {error}") from None
     except (OSError, sqlite3.Error) as error:
         raise PlotsError(f"{folder}: {error}") from None
     return [folder / "plots" / f"{name}.png" for name in figures]

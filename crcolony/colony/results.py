@@ -95,8 +95,12 @@ class Results:
             raise ResultsError(f"{path}: missing; the run wrote no checkpoint") from None
         except (CheckpointError, KeyError, TypeError, ValueError) as error:
             raise ResultsError(f"{path}: corrupt: {error}") from None
-        results._open()
-        results._forget_after(tick, generation)
+        try:
+            results._open()
+            results._forget_after(tick, generation)
+        except ResultsError:
+            results.close()
+            raise
         return results, saved
 
     def record(self, event: Event) -> None:
@@ -183,15 +187,18 @@ class Results:
         self._events.clear()
 
     def _forget_after(self, tick: int, generation: int) -> None:
+        path = self.folder / "generations.csv"
         try:
             with self._connection as database:
                 for table in _TABLES.values():
                     database.execute(f"DELETE FROM {table} WHERE tick > ?", (tick,))
-            path = self.folder / "generations.csv"
             if path.exists():
                 rows = read_table(path)
-                kept = [row for row in rows if int(row["generation"]) < generation]
+                whole = [row for row in rows if None not in row.values()]
+                kept = [row for row in whole if int(row["generation"]) < generation]
                 _replace(path, lambda file: file.write(_as_csv(kept)))
+        except (KeyError, ValueError):
+            raise ResultsError(f"{path}: corrupt: a row names no generation") from None
         except (OSError, sqlite3.Error) as error:
             raise ResultsError(f"{self.folder}: cannot be resumed: {error}") from None
 

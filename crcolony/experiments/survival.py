@@ -6,6 +6,7 @@ with a smaller lambda of the mating module. What these runs say is printed as it
 """
 
 import csv
+import importlib.util
 import json
 import os
 from collections.abc import Callable, Iterable
@@ -102,6 +103,8 @@ def run_survival(config: Config, seeds: int, out: Path, compare: bool, goes_on: 
 
     `goes_on`: runs in `out` that are done are only read, and others go on; without it `out` must be empty.
     """
+    if importlib.util.find_spec("scipy") is None:
+        raise ImportError("statistics need scipy: pip install 'crcolony[experiments]'")
     if not goes_on and out.exists() and any(out.iterdir()):
         raise ResultsError(f"{out}: not empty; choose another --out or use --resume")
     jobs = [

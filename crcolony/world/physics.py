@@ -1,7 +1,7 @@
 """Rigid bodies: pymunk builds and owns the space, compiled code steps it (the world of thesis 4.6).
 
 pymunk wraps the C library Chipmunk and exports its functions. Compiled code calls them by name, so a tick never
-returns to Python; `step_from_python` makes the same calls through pymunk's own binding and gives the same poses.
+returns to Python; `step_from_python` makes the same calls through pymunk's own binding: the oracle of the tests.
 
 Chipmunk moves bodies first and resolves contacts afterwards, and it remembers contact forces from step to step.
 Here a step is turned round and made forgetful: the next poses depend on nothing but the poses and the wheels, and
@@ -38,6 +38,8 @@ _address, _number = types.uintp, types.float64
 
 
 def _external(name: str, *arguments: types.Type) -> Any:
+    if binding.address_of_symbol(name) is None:
+        raise ImportError(f"this build of pymunk hides {name}; install pymunk from its wheel")
     return types.ExternalFunction(name, types.void(*arguments))
 
 
@@ -137,7 +139,7 @@ class Space:
         )
 
     def step_from_python(self, step_s: float) -> None:
-        """Do what `step` does through pymunk's own binding (the oracle, and the way without the C symbols)."""
+        """Do what `step` does, through pymunk's own binding."""
         pymunk.batch.set_space_bodies(self.space, _COMMAND, self._command.buffer)
         forget = _ffi.cast("cpArbiterIteratorFunc", _forget_contact.address)
         _lib.cpSpaceEachCachedArbiter(self.space._space, forget, _ffi.NULL)

@@ -209,6 +209,22 @@ def test_a_damaged_database_or_config_is_refused_by_name(tmp_path: Path) -> None
         resume(tmp_path)
 
 
+def test_a_row_that_a_crash_cut_short_is_forgotten_and_nonsense_is_refused(tmp_path: Path) -> None:
+    """The table of a resumed run holds whole rows only."""
+    folder = tmp_path / "run"
+    run(folder, small("life.agents=40"), stop_after=8)
+    table = folder / "generations.csv"
+    rows = len(table.read_text().splitlines())
+    assert rows > 1
+    with table.open("a") as file:
+        file.write("1,77")
+    resume(folder)[0].close()
+    assert len(table.read_text().splitlines()) == rows
+    table.write_text(table.read_text().replace("generation", "generatoin"))
+    with pytest.raises(ResultsError, match=r"generations\.csv: corrupt"):
+        resume(folder)
+
+
 def test_a_colony_larger_than_the_machine_is_refused(tmp_path: Path) -> None:
     """Before anything is made."""
     with pytest.raises(ConfigError, match="GB of memory"):

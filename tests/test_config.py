@@ -120,3 +120,9 @@ def test_every_number_has_bounds() -> None:
         for value in ("inf", "-inf", "nan"):
             with pytest.raises(ConfigError, match=name):
                 load(None, [f"{name}={value}"])
+
+
+@pytest.mark.parametrize("path", sorted(Path("configs").glob("*.toml")), ids=str)
+def test_the_configs_that_come_with_it_are_good(path: Path) -> None:
+    """And each sets something."""
+    assert load(path) != Config()

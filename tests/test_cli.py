@@ -95,7 +95,7 @@ def test_a_run_that_is_told_to_stop_writes_everything_and_can_go_on(
     process.send_signal(number)
     output, errors = process.communicate(timeout=60)
     assert (process.returncode, errors) == (0, "")
-    assert "go on with: crcolony evolve --resume --out" in output
+    assert "go on with: python -m crcolony evolve --resume --out" in output
     told = json.loads((tmp_path / "run" / "run.json").read_text())
     assert told["status"] == "stopped"
     assert told["history_hash"] == hash_of(output)

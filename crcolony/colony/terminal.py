@@ -1,9 +1,11 @@
 """A run as a person sees it in the terminal: a live display, or plain lines where the output is no terminal."""
 
+import shutil
 import signal
 import sys
 import time
 from collections import deque
+from pathlib import Path
 from types import FrameType
 
 from rich.console import Console
@@ -57,12 +59,20 @@ def _finish(console: Console, results: Results, colony: EmbeddedColony, is_over:
     if not is_over:
         console.print(
             f"stopped in generation {colony.generation};"
-            f" go on with: crcolony evolve --resume --out {results.folder}",
+            f" go on with: {_command()} evolve --resume --out {results.folder}",
             highlight=False,
             soft_wrap=True,
         )
     console.print(f"history hash: {results.hash}", highlight=False)
     sys.stdout.flush()
+
+
+def _command() -> str:
+    """Return how to call this program again as it was called now."""
+    path = Path(sys.argv[0])
+    if path.name != "crcolony":
+        return "python -m crcolony"
+    return path.name if shutil.which(path.name) == str(path) else str(path)
 
 
 class Stop:

@@ -11,6 +11,6 @@ settings.register_profile("repeatable", deadline=None, derandomize=True)
 settings.register_profile("explore", deadline=None, max_examples=1000)
 settings.load_profile("repeatable")
 
-if numba.config.DISABLE_JIT:
+if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
     # Compiled arithmetic overflows and divides in silence; so must the same code run as plain Python.
     np.seterr(all="ignore")

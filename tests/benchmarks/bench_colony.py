@@ -5,7 +5,6 @@ pymunk physics, senses, selector, learning, encounters. Agents do not starve her
 """
 
 import statistics
-import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
@@ -142,4 +141,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

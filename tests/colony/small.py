@@ -1,5 +1,7 @@
 """A colony that lives through several generations in a moment, for tests."""
 
+from typing import TypeVar
+
 from crcolony.colony.embedded import EmbeddedColony
 from crcolony.colony.history import Event, HistoryHash
 from crcolony.config import Config, load
@@ -18,6 +20,9 @@ def small(*settings: str) -> Config:
     return load(None, [*SMALL, "generations=3", *settings])
 
 
+Kind = TypeVar("Kind", bound=Event)
+
+
 class Recorder:
     """Keeps every event, and their hash."""
 
@@ -29,8 +34,8 @@ class Recorder:
         self.events.append(event)
         self.hash.add(event)
 
-    def all(self, kind: type) -> list:
-        return [event for event in self.events if type(event) is kind]
+    def all(self, kind: type[Kind]) -> list[Kind]:
+        return [event for event in self.events if isinstance(event, kind)]
 
 
 def new_colony(*settings: str) -> tuple[EmbeddedColony, Recorder]:

@@ -5,14 +5,24 @@ import json
 import sqlite3
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
+from crcolony.colony.embedded import EmbeddedColony
 from crcolony.colony.evolve import begin, evolve, resume
 from crcolony.colony.history import Born, Died, Lived, Mated, TurnedOver
 from crcolony.colony.results import Results, ResultsError
 from crcolony.config import Config, ConfigError, load
 from tests.colony.small import Recorder, live, new_colony, small
+
+TABLES = {
+    Born: "births",
+    Mated: "matings",
+    Died: "deaths",
+    Lived: "lives",
+    TurnedOver: "turnovers",
+}
 
 
 def run(folder: Path, config: Config, stop_after: int = 10**9) -> Results:
@@ -22,13 +32,13 @@ def run(folder: Path, config: Config, stop_after: int = 10**9) -> Results:
     return results
 
 
-def go_on(results: Results, colony, stop_after: int = 10**9) -> None:
+def go_on(results: Results, colony: EmbeddedColony, stop_after: int = 10**9) -> None:
     looks = iter(range(stop_after))
     evolve(results, colony, lambda: next(looks, None) is None, lambda _: None)
     results.close()
 
 
-def rows_of(folder: Path, table: str) -> list[tuple]:
+def rows_of(folder: Path, table: str) -> list[tuple[object, ...]]:
     database = sqlite3.connect(folder / "history.sqlite")
     try:
         return database.execute(f"SELECT * FROM {table}").fetchall()
@@ -48,17 +58,14 @@ def test_a_folder_holds_config_versions_seed_history_and_a_table(tmp_path: Path)
     assert told["history_hash"] == str(recorder.hash)
     assert (told["status"], told["generations"], told["seed"]) == ("done", 3, 7)
     assert told["versions"]["numpy"] == np.__version__
-    tables = {Born: "births", Mated: "matings", Died: "deaths", Lived: "lives"}
-    for kind, table in {**tables, TurnedOver: "turnovers"}.items():
-        events = recorder.all(kind)
-        names = kind.__struct_fields__
-        assert rows_of(results.folder, table) == [
-            tuple(getattr(event, name) for name in names) for event in events
-        ]
+    for kind, table in TABLES.items():
+        events = [event for event in recorder.events if type(event) is kind]
+        rows = [msgspec.structs.astuple(event) for event in events]
+        assert rows_of(results.folder, table) == rows
     with (results.folder / "generations.csv").open(newline="") as file:
-        table = list(csv.DictReader(file))
-    assert [row["generation"] for row in table] == ["0", "1", "2"]
-    for generation, row in enumerate(table):
+        table_rows = list(csv.DictReader(file))
+    assert [row["generation"] for row in table_rows] == ["0", "1", "2"]
+    for generation, row in enumerate(table_rows):
         matings = [v.matings for v in recorder.all(Lived) if v.generation == generation]
         assert float(row["matings"]) == pytest.approx(np.mean(matings))
 
@@ -75,7 +82,7 @@ def test_a_run_that_was_stopped_and_resumed_is_the_run_that_was_not(tmp_path: Pa
     assert colony.tick > 0
     go_on(results, colony)
     assert str(results.hash) == str(whole.hash)
-    for table in ("births", "matings", "deaths", "lives", "turnovers"):
+    for table in TABLES.values():
         assert rows_of(results.folder, table) == rows_of(whole.folder, table)
     name = "generations.csv"
     assert (results.folder / name).read_bytes() == (whole.folder / name).read_bytes()
@@ -140,12 +147,13 @@ def test_a_row_is_added_whole_or_not_at_all(
     table = results.folder / "generations.csv"
     before = table.read_bytes()
 
-    class Full(csv.DictWriter):
-        def writerow(self, row: dict) -> None:
-            super().writerow(row)
-            raise OSError(28, "No space left on device")
+    write = csv.DictWriter.writerow
 
-    monkeypatch.setattr("csv.DictWriter", Full)
+    def fill_up(writer: "csv.DictWriter[str]", row: dict[str, object]) -> None:
+        write(writer, row)
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(csv.DictWriter, "writerow", fill_up)
     with pytest.raises(ResultsError, match="No space left"):
         results.write_generation(colony.summary)
     results.close()

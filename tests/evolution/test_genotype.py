@@ -98,7 +98,7 @@ def test_how_a_gene_starts_and_mutates_does_not_part_a_species() -> None:
         ([math.inf, 0.5, 0.5], "gene bias: inf"),
     ],
 )
-def test_genes_that_do_not_fit_are_refused_by_name(genes: list, said: str) -> None:
+def test_genes_that_do_not_fit_are_refused_by_name(genes: list[float], said: str) -> None:
     """A wrong length, a value out of range, or one that is not finite."""
     with pytest.raises(GenotypeError, match=said):
         Genotype(SCHEMA, np.array(genes))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from crcolony.evolution.genotype import Gene, Schema
 from crcolony.evolution.variation import (
@@ -32,9 +33,9 @@ def test_crossover_conserves_the_genes_of_every_place(name: str, seed: int, size
     assert np.array_equal(parents, kept)
 
 
-def swapped(crossover: Crossover, rng: np.random.Generator, size: int = SIZE) -> np.ndarray:
+def swapped(crossover: Crossover, rng: np.random.Generator, size: int = SIZE) -> NDArray[np.bool_]:
     """Return which genes of the first child come from the second parent."""
-    return crossover(np.zeros(size), np.ones(size), rng)[0] == 1.0
+    return np.asarray(crossover(np.zeros(size), np.ones(size), rng)[0] == 1.0)
 
 
 def test_one_point_crossover_swaps_a_tail() -> None:

@@ -31,7 +31,7 @@ def plain_twin(batch: Robots, settings: Settings) -> PlainRobot:
         (6, {"tilings": 1, "potential_distances": 1, "speeds_m_s": (0.2,)}),
     ],
 )
-def test_a_life_is_that_of_the_textbook(seed: int, changes: dict) -> None:
+def test_a_life_is_that_of_the_textbook(seed: int, changes: dict[str, object]) -> None:
     """Same actions, same energy, and weights equal to 1e-9, over whole slices of several agents."""
     learning = msgspec.structs.replace(DEFAULT.learning, **changes)
     settings = Settings(learning=learning)

@@ -1,8 +1,10 @@
 """Small worlds whose robots and packs stand where a test puts them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 
+import msgspec
 import numpy as np
+from numpy.typing import ArrayLike
 
 from crcolony.world.arena import Arena
 from crcolony.world.settings import Arena as ArenaSettings
@@ -18,20 +20,21 @@ def new_arena(
     packs: int = 1,
     width_m: float = 4.0,
     seed: int = 1,
-    arena: dict | None = None,
-    body: dict | None = None,
+    arena: Mapping[str, object] | None = None,
+    body: Mapping[str, object] | None = None,
 ) -> Arena:
-    settings = ArenaSettings(width_m=width_m, packs=packs, **(arena or {}))
-    return Arena(robots, settings, CyberRodent(**(body or {})), seed)
+    settings = msgspec.convert({"width_m": width_m, "packs": packs, **(arena or {})}, ArenaSettings)
+    return Arena(robots, settings, msgspec.convert(dict(body or {}), CyberRodent), seed)
 
 
 def put(
     arena: Arena,
-    poses: Sequence[Sequence[float]],
-    packs: Sequence[Sequence[float]] = (),
+    poses: ArrayLike,
+    packs: ArrayLike = (),
 ) -> None:
     """Place robots at x, y, heading (m, m, rad) and packs at x, y; other packs go far away."""
     arena.world.poses[:] = poses
     arena.world.packs[:] = FAR
-    arena.world.packs[: len(packs)] = np.array(packs).reshape(-1, 2)
+    placed = np.array(packs, dtype=float).reshape(-1, 2)
+    arena.world.packs[: len(placed)] = placed
     arena._sort()

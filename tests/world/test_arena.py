@@ -1,5 +1,6 @@
 """An arena is saved and restored whole, starts with room for everybody, and refuses what does not fit."""
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -106,12 +107,15 @@ def test_an_arena_grows_with_the_colony_unless_its_size_is_set() -> None:
         ({"pillars": ((0.0, 0.0, 2.0),)}, 4, "arena.pillars"),
     ],
 )
-def test_what_does_not_fit_is_refused_by_name(settings: dict, robots: int, said: str) -> None:
+def test_what_does_not_fit_is_refused_by_name(
+    settings: dict[str, object], robots: int, said: str
+) -> None:
     """Before anything is built."""
+    arena = msgspec.convert(settings, ArenaSettings)
     with pytest.raises(ValueError, match=said):
-        check_fit(ArenaSettings(**settings), CyberRodent(), robots)
+        check_fit(arena, CyberRodent(), robots)
     with pytest.raises(ValueError, match=said):
-        Arena(robots, ArenaSettings(**settings), CyberRodent(), 1)
+        Arena(robots, arena, CyberRodent(), 1)
 
 
 def test_the_robots_own_randomness_is_not_the_arenas() -> None:

@@ -23,7 +23,7 @@ class ArenaBody:
 
     def read(self) -> FloatArray:
         self.arena.advance()
-        return self.arena.observe()[0].copy()
+        return np.array(self.arena.observe()[0])
 
     def act(self, action: FloatArray) -> FloatArray:
         return self.arena.act(0, action)

@@ -9,13 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from crcolony.world import body
+from crcolony.world.arena import Arena
 from tests.world.places import new_arena, put
 
 INFRARED = {"infrared": True}
 RADIUS_M = 0.11
 
 
-def sensed(arena) -> tuple[float, list[float]]:
+def sensed(arena: Arena) -> tuple[float, list[float]]:
     row = arena.observe()[0]
     return float(row[body.IR_RANGE]), row[body.PROXIMITY : body.PROXIMITY + 7].tolist()
 

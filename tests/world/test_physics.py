@@ -51,7 +51,7 @@ class Bodies:
         x, y = self.poses[:, 0], self.poses[:, 1]
         pairs = np.triu_indices(len(self.poses), 1)
         away = np.hypot(x[:, None] - x, y[:, None] - y)
-        return away[pairs] - 2.0 * RADIUS_M
+        return np.asarray(away[pairs] - 2.0 * RADIUS_M)
 
 
 def crowd(robots: int, width_m: float, seed: int) -> FloatArray:

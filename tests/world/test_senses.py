@@ -165,7 +165,8 @@ def test_sound_fades_with_distance_and_is_louder_at_the_nearer_ear() -> None:
     def heard(x: float, y: float, loudness: float = 1.0) -> list[float]:
         put(arena, [(0.0, 0.0, 0.0), (x, y, 0.0)])
         arena.world.actions[1, body.SPEAKER] = loudness
-        return arena.observe()[0, body.MICROPHONES : body.MICROPHONES + 2].tolist()
+        left, right = arena.observe()[0, body.MICROPHONES : body.MICROPHONES + 2]
+        return [float(left), float(right)]
 
     assert heard(1.0, 0.0, 0.0) == [0.0, 0.0]
     assert heard(1.6, 0.0) == [0.0, 0.0]

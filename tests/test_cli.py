@@ -89,7 +89,7 @@ def test_a_run_that_is_told_to_stop_writes_everything_and_can_go_on(
     tmp_path: Path, number: signal.Signals
 ) -> None:
     """Ctrl-C or SIGTERM: exit code 0, the hash is said, and the resumed run ends like an undisturbed one."""
-    words = ("evolve", *FAST, "--set", "life.agents=60", "--generations", "8", "--out")
+    words = ("evolve", *FAST, "--set", "life.agents=60", "--generations", "40", "--out")
     process = start(*words, tmp_path / "run")
     wait_for_line(process, "generation 1:")
     process.send_signal(number)

@@ -70,7 +70,7 @@ def test_all_arms_and_seeds_are_run_written_and_reported(tmp_path: Path) -> None
 
 def test_a_comparison_that_is_stopped_goes_on_where_it_was(tmp_path: Path) -> None:
     """Ctrl-C ends it with a word on how to go on, and the outcomes are those of an undisturbed one."""
-    words = ("--generations", 4, "--seeds", 4, "--set", "life.agents=30", "--out")
+    words = ("--generations", 30, "--seeds", 4, "--set", "life.agents=30", "--out")
     whole = subprocess.run(
         command(*words, tmp_path / "whole"), capture_output=True, text=True, timeout=250
     )

@@ -25,11 +25,17 @@ Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
 
+_UNCOMPILED = ("colony", "processes", "experiments")
+"""Folders whose files matter to compiled code only if they hold some themselves."""
+
+
 def _cache_folder() -> Path:
     root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     digest = hashlib.blake2b(numba.__version__.encode(), digest_size=8)
     for source in sorted(Path(__file__).parent.rglob("*.py")):
-        digest.update(source.read_bytes())
+        content = source.read_bytes()
+        if b"@compiled" in content or source.parent.name not in _UNCOMPILED:
+            digest.update(content)
     return Path(root) / "crcolony" / digest.hexdigest()
 
 

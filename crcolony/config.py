@@ -9,12 +9,13 @@ import msgspec
 import tomli_w
 from msgspec import Meta
 
+from crcolony.errors import Refusal
 from crcolony.robot.settings import Heredity, Learning, Life
 from crcolony.world.arena_size import check_fit
 from crcolony.world.settings import WHEEL_LIMIT_M_S, Arena, CyberRodent
 
 
-class ConfigError(Exception):
+class ConfigError(Refusal):
     """A setting is wrong: the message names file, key and reason."""
 
 

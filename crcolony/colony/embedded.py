@@ -11,23 +11,13 @@ from typing import Any
 import numpy as np
 
 from crcolony.colony.central import CentralSelection
-from crcolony.colony.history import Born, Died, Event, Lived, Mated, TurnedOver
+from crcolony.colony.history import Died, Event, Mated, TurnedOver, born, lives_of
+from crcolony.colony.raising import numbered_streams, raise_robots, variation_of
 from crcolony.colony.summary import summarise
 from crcolony.compiled import FloatArray, compiled
 from crcolony.config import Config
 from crcolony.evolution.lineage import Birth
-from crcolony.evolution.population import Subpopulation
-from crcolony.evolution.time_sharing import (
-    EpsilonGreedyOrder,
-    RandomOrder,
-    SoftmaxOrder,
-    TimeSharing,
-)
-from crcolony.evolution.variation import Variation
-from crcolony.robot.batch import habits_of, unborn_robots
-from crcolony.robot.genes import agent_schema
 from crcolony.robot.robot import Robot
-from crcolony.robot.settings import Life
 from crcolony.robot.state import DIED, MET, SLICE_OVER, Habits, Robots
 from crcolony.robot.step import step_robots
 from crcolony.world import body
@@ -63,34 +53,16 @@ class EmbeddedColony:
         self.config = config
         self.tick = 0
         self.generation = 0
-        self.schema = agent_schema(config.learning, config.heredity)
         self.arena = Arena(config.robots, config.arena, config.body, config.seed)
-        self.habits = habits_of(config.learning, config.life, config.body)
-        agents = config.life.agents
-        self.batch = unborn_robots(
-            config.robots, self.habits, agents, len(self.schema), config.seed
+        self.batch, self.habits, self.robots = raise_robots(
+            config,
+            [str(row) for row in range(config.robots)],
+            numbered_streams(config.seed, 0, config.robots),
         )
+        self.schema = self.robots[0].subpopulation.schema
         self.actions = np.zeros((config.robots, body.ACTION_WIDTH))
-        variation = Variation(config.heredity.crossover, config.heredity.mutation_probability)
-        self.robots = [
-            Robot(
-                self.batch,
-                row,
-                self.habits,
-                config.life,
-                Subpopulation(
-                    str(row),
-                    self.schema,
-                    variation,
-                    self.batch.genotypes[row],
-                    config.heredity.pool_limit,
-                ),
-                time_sharing_of(config.life),
-            )
-            for row in range(config.robots)
-        ]
         self._central = (
-            CentralSelection(self.schema, variation, config.seed)
+            CentralSelection(self.schema, variation_of(config), config.seed)
             if config.selection == "central"
             else None
         )
@@ -160,31 +132,15 @@ class EmbeddedColony:
         for robot in waiting:
             pool = len(robot.subpopulation.pool)
             self._record(TurnedOver(self.tick, robot.row, robot.generation + 1, pool))
-            self._report_lives(robot)
+            for life in lives_of(robot, self.batch, self.tick, robot.row):
+                self._record(life)
         if self._central is None:
             births = [robot.turn_over() for robot in waiting]
         else:
             births = self._central.turn_over(waiting, self.batch.matings)
-        for robot, born in zip(waiting, births, strict=True):
-            self._report_births(robot.row, born)
+        for robot, newborns in zip(waiting, births, strict=True):
+            self._report_births(robot.row, newborns)
         self.generation = min(robot.generation for robot in self.robots)
-
-    def _report_lives(self, robot: Robot) -> None:
-        batch, row = self.batch, robot.row
-        for place, agent in enumerate(robot.subpopulation.ids):
-            steps = int(batch.lived[row, place])
-            self._record(
-                Lived(
-                    tick=self.tick,
-                    robot=row,
-                    generation=robot.generation,
-                    agent=agent,
-                    steps=steps,
-                    energy=float(batch.felt[row, place]) / max(steps, 1),
-                    captures=int(batch.captures[row, place]),
-                    matings=int(batch.matings[row, place]),
-                )
-            )
 
     def save(self) -> dict[str, Any]:
         """Return all there is of the colony; `restore` makes an equal one go on identically."""
@@ -211,24 +167,4 @@ class EmbeddedColony:
 
     def _report_births(self, row: int, births: list[Birth]) -> None:
         for place, birth in enumerate(births):
-            self._record(
-                Born(
-                    self.tick,
-                    row,
-                    birth.generation,
-                    birth.agent,
-                    birth.genotype,
-                    self.batch.genotypes[row, place].astype("<f8").tobytes(),
-                    birth.mother,
-                    birth.father,
-                )
-            )
-
-
-def time_sharing_of(life: Life) -> TimeSharing:
-    """Return the way of time sharing that a config names."""
-    if life.time_sharing == "epsilon_greedy":
-        return EpsilonGreedyOrder(life.slices, life.exploration)
-    if life.time_sharing == "softmax":
-        return SoftmaxOrder(life.slices, life.exploration)
-    return RandomOrder(life.slices)
+            self._record(born(self.tick, row, birth, self.batch.genotypes[row, place]))

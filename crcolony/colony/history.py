@@ -3,6 +3,12 @@
 import hashlib
 
 import msgspec
+import numpy as np
+
+from crcolony.compiled import FloatArray
+from crcolony.evolution.lineage import Birth
+from crcolony.robot.robot import Robot
+from crcolony.robot.state import Robots
 
 
 class Born(msgspec.Struct, frozen=True, tag=True, array_like=True):
@@ -64,7 +70,10 @@ class TurnedOver(msgspec.Struct, frozen=True, tag=True, array_like=True):
     offspring: int
 
 
-Event = Born | Mated | Died | Lived | TurnedOver
+OwnEvent = Born | Died | Lived | TurnedOver
+"""What happens to one robot alone; a mating happens to two"""
+
+Event = OwnEvent | Mated
 
 _encoder = msgspec.msgpack.Encoder()
 
@@ -81,3 +90,35 @@ class HistoryHash:
 
     def __str__(self) -> str:
         return self.state.hex()
+
+
+def born(tick: int, robot: int, birth: Birth, genes: FloatArray) -> Born:
+    """Return the event of a birth."""
+    return Born(
+        tick,
+        robot,
+        birth.generation,
+        birth.agent,
+        birth.genotype,
+        np.ascontiguousarray(genes, dtype="<f8").tobytes(),
+        birth.mother,
+        birth.father,
+    )
+
+
+def lives_of(robot: Robot, batch: Robots, tick: int, number: int) -> list[Lived]:
+    """Return what every agent of a robot has made of its life, before the turnover."""
+    row = robot.row
+    return [
+        Lived(
+            tick=tick,
+            robot=number,
+            generation=robot.generation,
+            agent=agent,
+            steps=int(batch.lived[row, place]),
+            energy=float(batch.felt[row, place]) / max(int(batch.lived[row, place]), 1),
+            captures=int(batch.captures[row, place]),
+            matings=int(batch.matings[row, place]),
+        )
+        for place, agent in enumerate(robot.subpopulation.ids)
+    ]

@@ -225,9 +225,9 @@ class Mating:
     def next_s(self) -> float:
         """When `tick` has something to do."""
         times = [min(w.remind_at_s, w.give_up_at_s) for w in self._open.values()]
-        for contact in self._contacts.values():
+        for peer, contact in self._contacts.items():
             times.append(contact.until_s)
-            if not self.is_engaged:
+            if self._may_propose(peer):
                 times.append(contact.propose_at_s)
         return min(times, default=float("inf"))
 
@@ -355,9 +355,9 @@ class Mating:
     def _propose_due(self, now_s: float) -> list[Effect]:
         """Propose to the robot met last, if nothing else is under way."""
         for peer, contact in reversed(list(self._contacts.items())):
-            if self.is_engaged or len(self._open) >= self.limits.open:
-                break
-            if contact.propose_at_s > now_s or contact.until_s <= now_s or self._has_open(peer):
+            if contact.propose_at_s > now_s or contact.until_s <= now_s:
+                continue
+            if not self._may_propose(peer):
                 continue
             del self._contacts[peer]
             self._count += 1
@@ -384,18 +384,16 @@ class Mating:
         crossed = self._proposal_to(peer)
         if crossed and self.me < peer:
             return []  # it yields as soon as it has heard of ours
-        contact = self._contacts.get(peer)
-        own, tick = (contact.own, contact.tick) if contact else (None, 0)
         if crossed:
             del self._open[crossed.encounter]
-            own, tick = crossed.own, crossed.tick
-        assert own is not None, "expects() let it pass, so there was a contact"
+        met = self._contacts.get(peer) or crossed  # in the order of `_nonce_with`
+        assert met is not None, "expects() let it pass, so there was a contact"
         outdated = self._prepared_for(peer)
         if self._is_busy(peer, outdated):
             return [self._note_peer("busy", peer), Send(peer, Refuse(encounter, "busy"))]
         self._contacts.pop(peer, None)
         record = Record(
-            encounter, "responder", "prepared", message.nonce, tick, own,
+            encounter, "responder", "prepared", met.nonce, met.tick, met.own,
             Offer(message.agent, message.genes), letter,
         )  # fmt: skip
         self._marks[peer] = encounter.number
@@ -448,7 +446,8 @@ class Mating:
         record = replace(waiting.record, state=state)
         del self._open[record.encounter]
         notes = [self._note("aborted", record)] if state == "aborted" else []
-        if waiting.record.state == "prepared" and waiting.doubted:
+        was_in_doubt = waiting.record.state == "prepared" and waiting.doubted
+        if was_in_doubt or waiting.record.orphaned:
             notes.append(self._note("resolved", record))
         return [Write((record,), (waiting.record,)), *notes]
 
@@ -507,6 +506,10 @@ class Mating:
             if waiting.record.peer == peer and waiting.record.state == state:
                 return waiting.record
         return None
+
+    def _may_propose(self, peer: RobotId) -> bool:
+        is_full = len(self._open) >= self.limits.open
+        return not self.is_engaged and not is_full and not self._has_open(peer)
 
     def _has_open(self, peer: RobotId) -> bool:
         return any(waiting.record.peer == peer for waiting in self._open.values())

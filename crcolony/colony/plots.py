@@ -9,6 +9,7 @@ import numpy as np
 from crcolony.colony.results import ResultsError, read_table
 from crcolony.compiled import FloatArray
 from crcolony.config import Config, ConfigError, load
+from crcolony.errors import Refusal
 from crcolony.learning.features import NormalizedRBF
 from crcolony.robot.genes import META_PARAMETERS, decode
 from crcolony.robot.modules import MODULES
@@ -17,7 +18,7 @@ _BLUE, _ORANGE = "#0072b2", "#d55e00"
 _BEST = 3
 
 
-class PlotsError(Exception):
+class PlotsError(Refusal):
     """The plots cannot be drawn: the message says why."""
 
 

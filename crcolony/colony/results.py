@@ -29,6 +29,7 @@ import msgspec
 from crcolony.colony.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
 from crcolony.colony.history import Born, Died, Event, HistoryHash, Lived, Mated, TurnedOver
 from crcolony.config import Config, load, to_toml
+from crcolony.errors import Refusal
 
 _TABLES = {
     Born: "births",
@@ -41,7 +42,7 @@ _SQL_TYPES = {int: "INTEGER", float: "REAL", bool: "INTEGER", bytes: "BLOB"}
 _PACKAGES = ("crcolony", "numpy", "numba", "pymunk", "msgspec")
 
 
-class ResultsError(Exception):
+class ResultsError(Refusal):
     """A results folder cannot be read or written: the message names the file and the reason."""
 
 
@@ -68,7 +69,7 @@ class Results:
             raise ResultsError(f"{self.folder}: not empty; choose another --out or use --resume")
         try:
             config = to_toml(self.config).encode()
-            _replace(self.folder / "config.toml", lambda file: file.write(config))
+            replace_file(self.folder / "config.toml", lambda file: file.write(config))
             self._open()
             self.write_checkpoint(colony, 0, "running")
         except BaseException as error:  # Ctrl-C too
@@ -121,12 +122,12 @@ class Results:
         try:
             self._flush()
             self._connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-            _replace(
+            replace_file(
                 self.folder / "checkpoint.npz",
                 lambda file: write_checkpoint(file, {**colony, "hash": str(self.hash)}),
             )
             description = self._describe(generation, status)
-            _replace(self.folder / "run.json", lambda file: file.write(description))
+            replace_file(self.folder / "run.json", lambda file: file.write(description))
         except (OSError, sqlite3.Error) as error:
             raise ResultsError(f"{self.folder}: cannot be written: {error}") from None
 
@@ -196,7 +197,7 @@ class Results:
                 rows = read_table(path)
                 whole = [row for row in rows if None not in row.values()]
                 kept = [row for row in whole if int(row["generation"]) < generation]
-                _replace(path, lambda file: file.write(_as_csv(kept)))
+                replace_file(path, lambda file: file.write(_as_csv(kept)))
         except (KeyError, ValueError):
             raise ResultsError(f"{path}: corrupt: a row names no generation") from None
         except (OSError, sqlite3.Error) as error:
@@ -241,7 +242,7 @@ def _append(path: Path, row: Mapping[str, Any]) -> None:
         raise
 
 
-def _replace(path: Path, write: Callable[[BinaryIO], object]) -> None:
+def replace_file(path: Path, write: Callable[[BinaryIO], object]) -> None:
     """Write a file whole or not at all."""
     draft = path.with_name(path.name + ".part")
     try:

@@ -73,6 +73,11 @@ class Subpopulation:
         own = self.genotypes[agent]
         genes = self.variation.offspring(own, partner_genes, self.schema, rng)
         offspring = Offspring(genes, self.ids[agent], partner, step)
+        self.keep(offspring, rng)
+        return offspring
+
+    def keep(self, offspring: Offspring, rng: np.random.Generator) -> None:
+        """Put an offspring into the pool; in a full one it takes the place of a random one, or is lost."""
         self.conceived += 1
         if len(self.pool) < self._pool_limit:
             self.pool.append(offspring)
@@ -80,7 +85,6 @@ class Subpopulation:
             place = int(rng.integers(self.conceived))
             if place < self._pool_limit:
                 self.pool[place] = offspring
-        return offspring
 
     def draw_children(self, rng: np.random.Generator) -> list[Child]:
         """Return the next generation: as many draws with replacement from the pool as there are agents.

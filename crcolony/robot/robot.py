@@ -71,9 +71,13 @@ class Robot:
         """What happened in the last step, as the event bits of `state.py`."""
         return int(self._robots.events[self.row])
 
+    def embody(self, habits: Habits) -> None:
+        """Live with another body from now on: the same modules and actions, other senses."""
+        self._habits = habits
+
     def begin(self) -> list[Birth]:
         """Give the robot its first generation and its first agent; return the births."""
-        children = self.subpopulation.first_children(generator(self._stream))
+        children = self.subpopulation.first_children(generator(self.stream))
         births = self.subpopulation.bear(children, 0, self.steps)
         self._raise_newborns()
         self.hand_over()
@@ -93,22 +97,27 @@ class Robot:
         agent = self.agent
         return Exchange(self.subpopulation.ids[agent], self.subpopulation.genotypes[agent])
 
-    def mate(self, partner: Exchange) -> Offspring | None:
-        """Decide, by the own energy, whether the partner's genotype leads to an offspring; return it if so."""
+    def mate(self, partner: Exchange, agent: int | None = None) -> Offspring | None:
+        """Decide, by its energy, whether the partner's genotype leads to an offspring of an agent; return it if so.
+
+        The agent is the one in control, unless the place of another is given: the one that met the partner.
+        """
+        agent = self.agent if agent is None else agent
+        energy = float(self._robots.energies[self.row, agent])
         chance = conception_probability(
-            self.energy, self._life.conception_threshold, self._life.conception_exponent
+            energy, self._life.conception_threshold, self._life.conception_exponent
         )
-        if draw(self._stream) >= chance:
+        if draw(self.stream) >= chance:
             return None
         return self.subpopulation.conceive(
-            self.agent, partner.genes, partner.agent, self.steps, generator(self._stream)
+            agent, partner.genes, partner.agent, self.steps, generator(self.stream)
         )
 
     def hand_over(self) -> bool:
         """Let the next agent take control; return False if every agent has had its slices: time to turn over."""
         robots, row = self._robots, self.row
         following = self._time_sharing.next_agent(
-            self.subpopulation.turns, self._worth(), generator(self._stream)
+            self.subpopulation.turns, self._worth(), generator(self.stream)
         )
         if following is None:
             return False
@@ -122,7 +131,7 @@ class Robot:
         """Start the next generation with offspring from the own pool, or with given children; return the births."""
         self.generation += 1
         if children is None:
-            children = self.subpopulation.draw_children(generator(self._stream))
+            children = self.subpopulation.draw_children(generator(self.stream))
         births = self.subpopulation.bear(children, self.generation, self.steps)
         self._raise_newborns()
         self.hand_over()
@@ -143,7 +152,8 @@ class Robot:
         return worth
 
     @property
-    def _stream(self) -> Any:
+    def stream(self) -> Any:
+        """The robot's randomness, shape (2,): what draws from it changes it."""
         return self._robots.streams[self.row]
 
     def save(self) -> dict[str, Any]:

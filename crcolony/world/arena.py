@@ -18,16 +18,24 @@ from crcolony.world.tick import advance, command, observe
 _COLOURS = np.eye(3)
 _MOST_NEAR = 512
 _TRIES = 500
+_FAR_M = 1e5
+"""Where bodies are parked that are not there: beyond any arena (at most 10 km) and any sense in it."""
 
 
 class Arena:
     """A rectangle with robots, packs, walls and pillars. `world` is all of it; compiled code works on that.
 
-    Raises ValueError naming the setting if robots, packs or obstacles do not fit.
+    It has a place for every robot. All have a body from the start, or, if not `embodied`, none has until `embody`
+    gives it one. Raises ValueError naming the setting if robots, packs or obstacles do not fit.
     """
 
     def __init__(
-        self, robots: int, arena: settings.Arena, rodent: settings.CyberRodent, seed: int
+        self,
+        robots: int,
+        arena: settings.Arena,
+        rodent: settings.CyberRodent,
+        seed: int,
+        embodied: bool = True,
     ) -> None:
         self.robots = robots
         width_m, height_m = size_m(arena, robots)
@@ -45,6 +53,7 @@ class Arena:
             rules.period_s / rules.physics_steps,
         )
         self.world = World(
+            colonies=np.zeros(robots, dtype=np.int64),
             poses=np.zeros((robots, 3)),
             headings=np.zeros((robots, 2)),
             velocities=np.zeros((robots, 3)),
@@ -79,6 +88,54 @@ class Arena:
             rules=rules,
         )
         self._scatter()
+        self._homes = self.world.poses.copy()
+        if not embodied:
+            for place in range(robots):
+                self.remove(place)
+
+    def embody(self, place: int, colony: int) -> None:
+        """Let a fresh body appear at its home, where the seed scattered it, or at a random place if that is taken.
+
+        Raises ValueError if there is a body already, or no free place is found.
+        """
+        world = self.world
+        if world.colonies[place] >= 0:
+            raise ValueError(f"place {place}: there is a body already")
+        others = world.poses[world.colonies >= 0, :2]
+        x, y, heading = self._homes[place]
+        if not self._is_free(x, y, others):
+            x, y = self._free_place(others)
+        world.poses[place] = x, y, heading
+        world.colonies[place] = colony
+        self._sort()
+
+    def remove(self, place: int) -> None:
+        """Take a body away, leaving its pack behind, and its place as fresh as a new one."""
+        world = self.world
+        if world.holding[place] >= 0:
+            world.pack_holders[world.holding[place]] = -1
+        self._forget_encounters_with(place)
+        for field in (world.velocities, world.speeds, world.wheels, world.actions, world.left_s):
+            field[place] = 0.0
+        world.pending[:, place] = world.observations[:, place] = 0.0
+        world.charges[place], world.batteries[place] = 0.0, 1.0
+        world.holding[place] = world.partners[place] = world.colonies[place] = -1
+        world.nonces[place] = 0.0
+        world.poses[place] = _FAR_M + 4.0 * world.rules.radius_m * place, 0.0, 0.0
+        self._sort()
+
+    def _forget_encounters_with(self, place: int) -> None:
+        """Nobody is to hear of meeting a place that somebody else may have by then."""
+        world = self.world
+        world.partners[world.partners == place] = -1
+        rows = world.observations
+        met = (rows[..., body.ENCOUNTER] > 0.0) & (rows[..., body.ENCOUNTER_ROBOT] == place)
+        for column, nothing in (
+            (body.ENCOUNTER, 0.0),
+            (body.ENCOUNTER_ROBOT, -1.0),
+            (body.ENCOUNTER_NONCE, 0.0),
+        ):
+            rows[met, column] = nothing
 
     def observe(self) -> FloatArray:
         """Return what every robot senses now, shape (N, OBSERVATION_WIDTH); call it once after every tick."""
@@ -131,7 +188,7 @@ class Arena:
             y = (2.0 * draw(world.stream) - 1.0) * half_y
             if self._is_free(x, y, taken):
                 return x, y
-        raise ValueError(f"arena: no free place is found for robot {taken.shape[0]}")
+        raise ValueError(f"arena: no free place is found beside {taken.shape[0]} robots")
 
     def _is_free(self, x: float, y: float, taken: FloatArray) -> bool:
         radius_m, pillars = self.world.rules.radius_m, self.world.pillars

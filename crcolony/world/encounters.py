@@ -1,4 +1,4 @@
-"""Encounters: two robots with their beacons on face each other within infrared range (thesis 4.5, 5.2)."""
+"""Encounters: two robots of a colony, beacons on, face each other within infrared range (thesis 4.5, 5.2)."""
 
 import numpy as np
 
@@ -74,6 +74,8 @@ def _pairs_of(world: World, i: int, pairs: int) -> int:
     for k in range(count):
         j = int(world.near[k, 0])
         if j <= i or world.actions[j, body.BEACON] < 0.5:
+            continue
+        if world.colonies[j] != world.colonies[i]:
             continue
         dx, dy, squared = world.near[k, 1], world.near[k, 2], world.near[k, 3]
         ahead = dx * world.headings[i, 0] + dy * world.headings[i, 1]

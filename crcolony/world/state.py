@@ -45,6 +45,8 @@ class Rules(NamedTuple):
 class World(NamedTuple):
     """What changes from tick to tick, and what it is made of. N robots, P packs."""
 
+    colonies: IntArray
+    """(N,) which colony the body in this place belongs to; -1: no body there"""
     poses: FloatArray
     """(N, 3) x and y (m) from the middle of the arena, heading (rad)"""
     headings: FloatArray
@@ -122,5 +124,6 @@ SAVED = (
     "nonces",
     "observations",
     "stream",
+    "colonies",
 )
 """The fields that a saved world needs; the rest follows from its settings."""

@@ -1,9 +1,13 @@
 """One tick of the world: wheels turn, bodies move and collide, jaws latch, beacons meet, everybody looks around.
 
-The order of a tick is the order of `advance` and `observe`. Nothing here returns to Python.
+The order of a tick is the order of `advance` and `observe`. Nothing here returns to Python. A place without a body
+costs no randomness: who is there lives as if the place did not exist.
 """
 
 import math
+
+import numpy as np
+from numpy.typing import NDArray
 
 from crcolony.compiled import FloatArray, compiled
 from crcolony.randomness import draw
@@ -22,8 +26,20 @@ _BEARINGS = (body.PACK + body.BEARING, body.FACE + body.BEARING, body.TAIL + bod
 
 
 @compiled
+def one_period(world: World, actions: FloatArray, fresh: NDArray[np.bool_]) -> None:
+    """Command all whose action is fresh (robots,), let a control period pass, and let everybody observe."""
+    for i in range(actions.shape[0]):
+        if fresh[i]:
+            command(world, i, actions[i])
+    advance(world)
+    observe(world)
+
+
+@compiled
 def command(world: World, i: int, action: FloatArray) -> None:
-    """Give robot i a fresh action (within its limits); it acts after the configured latency."""
+    """Give robot i a fresh action (within its limits); it acts after the configured latency, if it has a body."""
+    if world.colonies[i] < 0:
+        return
     for column in range(body.ACTION_WIDTH):
         world.pending[0, i, column] = action[column]
     world.left_s[i] = action[body.TTL]
@@ -87,18 +103,22 @@ def _turn_at_walls(world: World) -> None:
     reach_x = 0.5 * rules.width_m - rules.radius_m - 1e-9
     reach_y = 0.5 * rules.height_m - rules.radius_m - 1e-9
     for i in range(world.poses.shape[0]):
+        if world.colonies[i] < 0:
+            continue
         if abs(world.poses[i, 0]) >= reach_x or abs(world.poses[i, 1]) >= reach_y:
             world.poses[i, 2] += (2.0 * draw(world.stream) - 1.0) * rules.wall_turn_rad
 
 
 @compiled
 def observe(world: World) -> None:
-    """Write what every robot senses now; the observations due are the last of `world.observations`."""
+    """Write what every body senses now; the observations due are the last of `world.observations`."""
     rules = world.rules
     _grow_older(world.observations)
     rows = world.observations[0]
     looks_around = rules.camera or rules.infrared or rules.microphones
     for i in range(world.poses.shape[0]):
+        if world.colonies[i] < 0:
+            continue
         row = rows[i]
         count = 0
         if looks_around:

@@ -1,4 +1,6 @@
-"""An arena is saved and restored whole, starts with room for everybody, and refuses what does not fit."""
+"""An arena is saved and restored whole, has room for everybody who comes and goes, and refuses what does not fit."""
+
+from collections.abc import Mapping
 
 import msgspec
 import numpy as np
@@ -7,10 +9,11 @@ import pytest
 from crcolony.world import body
 from crcolony.world.arena import Arena
 from crcolony.world.arena_size import check_fit, pack_count, size_m
+from crcolony.world.encounters import report_encounters
 from crcolony.world.settings import Arena as ArenaSettings
 from crcolony.world.settings import CyberRodent, Noise
 from tests.world.body_contract import action
-from tests.world.places import new_arena
+from tests.world.places import new_arena, put
 
 EVERYTHING = {
     "infrared": True,
@@ -49,6 +52,148 @@ def test_a_restored_arena_goes_on_bit_for_bit() -> None:
     assert first[:, :, body.JAW_HOLDS].any()
     one.restore(saved)
     assert np.array_equal(live(one, 100, np.random.default_rng(4)), first)
+
+
+def empty_arena(robots: int, seed: int = 1, senses: Mapping[str, object] | None = None) -> Arena:
+    """Return a small arena in the reflex world, where nobody has a body yet."""
+    settings = ArenaSettings(width_m=1.6, packs=6, pack_charge_per_step=0.1, wall_turn_rad=0.5)
+    return Arena(robots, settings, msgspec.convert(senses or {}, CyberRodent), seed, embodied=False)
+
+
+def test_embodying_everybody_at_the_start_is_an_arena_with_everybody() -> None:
+    """In whatever order they come, every field of the world is the same, and so is the future, bit for bit."""
+    whole = new_arena(
+        6,
+        packs=6,
+        width_m=1.6,
+        arena={"pack_charge_per_step": 0.1, "wall_turn_rad": 0.5},
+        body=EVERYTHING,
+    )
+    filled = empty_arena(6, senses=EVERYTHING)
+    for place in (3, 0, 5, 1, 2, 4):
+        filled.embody(place, 0)
+    rows = [live(arena, 200, np.random.default_rng(5)) for arena in (whole, filled)]
+    assert np.array_equal(*rows)
+    for one, other in zip(whole.save().values(), filled.save().values(), strict=True):
+        assert np.array_equal(one, other)
+
+
+def test_who_is_there_lives_as_if_the_other_places_did_not_exist() -> None:
+    """With places that are empty, or empty again, the same two robots have the same future and draw the same numbers."""
+    two = empty_arena(2, senses=EVERYTHING)
+    five = empty_arena(5, senses=EVERYTHING)
+    for arena in (two, five):
+        arena.embody(0, 0)
+        arena.embody(1, 0)
+    five.embody(3, 0)
+    five.remove(3)
+    for name, value in two.save().items():
+        if name in ("packs", "pack_charges", "pack_holders", "stream"):
+            getattr(five.world, name)[...] = value
+        else:
+            field = getattr(five.world, name)
+            among = (slice(None),) if name in ("pending", "observations") else ()
+            field[(*among, slice(2))] = value
+    five._sort()
+    rng = [np.random.default_rng(6), np.random.default_rng(6)]
+    for _ in range(300):
+        for arena, asked in zip((two, five), rng, strict=True):
+            for robot in (0, 1):
+                arena.act(robot, action(asked))
+            arena.advance()
+        assert np.array_equal(two.observe(), five.observe()[:2])
+        assert np.array_equal(two.world.packs, five.world.packs)
+    assert np.array_equal(two.world.stream, five.world.stream)
+
+
+def test_an_absent_body_stands_still_far_away_whatever_it_is_told() -> None:
+    """No command reaches it, it observes nothing, and nobody sees or meets it; no two of them are in one spot."""
+    arena = empty_arena(4, senses={"microphones": True})
+    arena.embody(1, 0)
+    parked = arena.world.poses[[0, 2, 3]].copy()
+    assert np.hypot(*parked[:, :2].T).min() > 1e4
+    assert np.unique(parked, axis=0).shape == parked.shape
+    live(arena, 50, np.random.default_rng(7))
+    absent = [0, 2, 3]
+    assert np.array_equal(arena.world.poses[absent], parked)
+    assert not arena.world.actions[absent].any()
+    assert not arena.observe()[absent].any()
+    seen = arena.observe()[1]
+    assert not seen[body.FACE : body.IR_RANGE].any()
+    assert not seen[body.MICROPHONES : body.MICROPHONES + 2].any()
+    assert arena.world.partners.tolist() == [-1, -1, -1, -1]
+
+
+def test_a_body_appears_at_home_or_where_there_is_room() -> None:
+    """Home is where the seed scattered it; somebody standing there sends it to a random place that is free."""
+    homes = new_arena(4, width_m=1.6, packs=6).world.poses
+    arena = empty_arena(4)
+    arena.embody(2, 0)
+    assert np.array_equal(arena.world.poses[2], homes[2])
+    arena.world.poses[2, :2] = homes[1, :2] + 0.05
+    before = arena.world.stream.copy()
+    arena.embody(1, 0)
+    assert not np.array_equal(arena.world.stream, before)
+    assert np.hypot(*(arena.world.poses[1] - arena.world.poses[2])[:2]) >= 0.22
+    assert (np.abs(arena.world.poses[1, :2]) <= 0.8 - 0.11).all()
+
+
+def test_a_place_has_one_body_and_a_full_arena_takes_no_more() -> None:
+    """Both are said by name, and change nothing."""
+    arena = empty_arena(2)
+    arena.embody(0, 0)
+    with pytest.raises(ValueError, match="place 0"):
+        arena.embody(0, 1)
+    assert arena.world.colonies.tolist() == [0, -1]
+    crowd = Arena(2, ArenaSettings(width_m=0.5, packs=1), CyberRodent(), 1, embodied=False)
+    crowd.embody(0, 0)
+    crowd.world.poses[0, :2] = 0.0
+    with pytest.raises(ValueError, match="no free place"):
+        crowd.embody(1, 0)
+    assert crowd.world.colonies.tolist() == [0, -1]
+
+
+def test_a_removed_body_leaves_its_pack_behind_and_comes_back_fresh() -> None:
+    """Battery, jaw, wheels, what it was told and what it saw are those of a new one."""
+    arena = empty_arena(2, senses={**EVERYTHING, "observation_latency_steps": 0})
+    fresh = arena.save()
+    arena.embody(0, 0)
+    arena.embody(1, 1)
+    put(arena, [(0.0, 0.0, 0.0), (0.5, 0.5, 0.0)], [(0.15, 0.0)])
+    asked = np.zeros(body.ACTION_WIDTH)
+    asked[[body.JAW, body.TTL]] = 1.0
+    for _ in range(2):
+        arena.act(0, asked)
+        arena.advance()
+        arena.observe()
+    assert arena.world.pack_holders[0] == 0
+    arena.remove(0)
+    assert arena.world.pack_holders[0] == -1
+    assert arena.world.colonies.tolist() == [-1, 1]
+    for name in set(fresh) - {"packs", "pack_charges", "pack_holders", "stream", "headings"}:
+        axis = 1 if name in ("pending", "observations") else 0
+        now = getattr(arena.world, name)
+        assert np.array_equal(now.take(0, axis), fresh[name].take(0, axis)), name
+    arena.embody(0, 1)
+    arena.advance()
+    assert arena.observe()[0, [body.JAW_HOLDS, body.BATTERY]].tolist() == [0.0, 1.0 - 0.002]
+
+
+def test_nobody_hears_of_an_encounter_with_a_body_that_was_removed() -> None:
+    """Not even later, where observations have a latency: somebody else may be in its place by then."""
+    arena = empty_arena(3, senses={"observation_latency_steps": 2})
+    for place in range(3):
+        arena.embody(place, 0)
+    put(arena, [(0.0, 0.0, 0.0), (0.4, 0.0, np.pi), (-0.6, -0.6, 0.0)])
+    arena.world.actions[:, body.BEACON] = 1.0
+    report_encounters(arena.world)
+    arena.observe()
+    assert arena.world.observations[0, 0, body.ENCOUNTER_ROBOT] == 1.0
+    arena.remove(1)
+    assert arena.world.partners[0] == -1
+    for _ in range(3):
+        row = arena.observe()[0]
+        assert row[[body.ENCOUNTER, body.ENCOUNTER_NONCE]].tolist() == [0.0, 0.0]
 
 
 def test_a_world_saved_under_other_settings_is_refused() -> None:

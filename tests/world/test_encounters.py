@@ -1,4 +1,4 @@
-"""An encounter is two robots, beacons on, face to face, in range and in sight of each other."""
+"""An encounter is two robots of a colony, beacons on, face to face, in range and in sight of each other."""
 
 import math
 
@@ -66,6 +66,17 @@ def test_without_both_beacons_there_is_none(beacons: list[float]) -> None:
     rows = arena.observe()
     assert not rows[:, [body.ENCOUNTER, body.ENCOUNTER_NONCE]].any()
     assert (rows[:, body.ENCOUNTER_ROBOT] == -1.0).all()
+
+
+def test_robots_of_two_colonies_do_not_meet() -> None:
+    """Each sees the other and meets only its own kind, who may stand further away."""
+    arena = new_arena(3, body={"encounter_half_angle_rad": math.pi})
+    put(arena, [(0.0, 0.0, 0.0), (0.25, 0.0, math.pi), (0.0, 0.4, 0.0)])
+    arena.world.colonies[:] = [0, 1, 0]
+    assert partners(arena) == [2, -1, 0]
+    assert arena.observe()[0, body.FACE] == 1.0
+    arena.world.colonies[:] = 1
+    assert partners(arena) == [1, 0, -1]
 
 
 def test_a_wall_or_a_body_in_between_prevents_it() -> None:

@@ -9,6 +9,7 @@ from crcolony.compiled import FloatArray
 from crcolony.world import body
 from crcolony.world.arena import Arena
 from crcolony.world.settings import Noise
+from crcolony.world.tick import one_period
 from tests.world.places import new_arena, put
 
 
@@ -118,6 +119,32 @@ def test_inertial_senses_tell_turning_speed_and_acceleration() -> None:
         assert row[body.ACCELERATION + 1] == pytest.approx(0.24 * turn, rel=0.01)
     assert readings[0][body.ACCELERATION] == pytest.approx(0.24 / 0.2, rel=0.01)
     assert readings[1][body.ACCELERATION] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_one_period_is_commands_then_advance_then_observe() -> None:
+    """Only those whose action is fresh are commanded; the others go on with what they were told before."""
+    one, other = new_arena(3, seed=3), new_arena(3, seed=3)
+    actions = np.array([forward(0.1), forward(0.2), forward(0.3)])
+    for fresh in ([True, True, False], [False, True, True], [False, False, False]):
+        for robot in np.flatnonzero(fresh):
+            one.act(int(robot), actions[robot])
+        one.advance()
+        expected = one.observe()
+        one_period(other.world, actions, np.array(fresh))
+        assert np.array_equal(other.world.observations[-1], expected)
+        assert np.array_equal(other.world.poses, one.world.poses)
+    assert other.world.wheels[:, 0].tolist() == [0.1, 0.2, 0.3]
+
+
+def test_the_reflex_world_turns_nobody_who_is_not_there() -> None:
+    """Out beyond the walls no number is drawn for an absent body."""
+    arena = new_arena(2, arena={"wall_turn_rad": 1.0})
+    arena.remove(1)
+    put(arena, [(0.0, 0.0, 0.0), arena.world.poses[1]])
+    before = arena.world.stream.copy()
+    arena.advance()
+    assert np.array_equal(arena.world.stream, before)
+    assert arena.world.poses[1, 2] == 0.0
 
 
 def test_senses_that_are_switched_off_read_nothing() -> None:

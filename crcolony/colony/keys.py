@@ -1,0 +1,81 @@
+"""The key expressions of the colony on Zenoh. PROTOCOL.md explains each."""
+
+from crcolony.colony.identity import ID_BYTES, RobotId
+from crcolony.colony.messages import VERSION
+
+ROOT = f"crcolony/{VERSION}"
+
+
+class ColonyKeys:
+    """Where the robots of one colony live, meet their letters, and are watched."""
+
+    def __init__(self, colony: str) -> None:
+        self._root = f"{ROOT}/colony/{colony}"
+        self.all_alive = f"{self._root}/alive/*/*/*"
+        self.all_states = f"{self._root}/state/*"
+        self.all_events = f"{self._root}/event/*"
+
+    def alive(self, robot: RobotId, life: int, session: str) -> str:
+        """The liveliness token of a robot: its key carries the incarnation and the session."""
+        return f"{self._root}/alive/{robot.hex()}/{life}/{session}"
+
+    def alive_anywhere(self, robot: RobotId) -> str:
+        """Every token of one robot."""
+        return f"{self._root}/alive/{robot.hex()}/*/*"
+
+    def mail(self, robot: RobotId) -> str:
+        """A robot's mailbox."""
+        return f"{self._root}/mail/{robot.hex()}"
+
+    def state(self, robot: RobotId) -> str:
+        """Where a robot publishes its state."""
+        return f"{self._root}/state/{robot.hex()}"
+
+    def event(self, robot: RobotId) -> str:
+        """Where a robot publishes its events."""
+        return f"{self._root}/event/{robot.hex()}"
+
+    def past(self, robot: RobotId) -> str:
+        """Where a robot is asked for events that were missed."""
+        return f"{self._root}/past/{robot.hex()}"
+
+
+class ArenaKeys:
+    """Where an arena is joined, and where bodies are observed and commanded."""
+
+    def __init__(self, arena: str) -> None:
+        self._root = f"{ROOT}/arena/{arena}"
+        self.all_alive = f"{self._root}/alive/*/*"
+        self.join = f"{self._root}/join"
+        self.scene = f"{self._root}/scene"
+        self.all_actions = f"{self._root}/body/*/action"
+
+    def alive(self, world: int, session: str) -> str:
+        """The liveliness token of one run of the arena."""
+        return f"{self._root}/alive/{world}/{session}"
+
+    def observation(self, robot: RobotId) -> str:
+        """Where a body's observations are published."""
+        return f"{self._root}/body/{robot.hex()}/observation"
+
+    def action(self, robot: RobotId) -> str:
+        """Where a body is commanded."""
+        return f"{self._root}/body/{robot.hex()}/action"
+
+
+ALL_ROBOTS_ALIVE = f"{ROOT}/colony/*/alive/*/*/*"
+ALL_ARENAS_ALIVE = f"{ROOT}/arena/*/alive/*/*"
+
+
+def chunks(key: str) -> list[str]:
+    """Return what follows the protocol's root, chunk by chunk."""
+    return key.removeprefix(f"{ROOT}/").split("/")
+
+
+def robot_in(chunk: str) -> RobotId | None:
+    """Return the robot that a chunk of a key names, or None if it names none."""
+    try:
+        robot = bytes.fromhex(chunk)
+    except ValueError:
+        return None
+    return robot if len(robot) == ID_BYTES else None

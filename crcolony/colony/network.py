@@ -1,0 +1,163 @@
+"""How a process comes onto the network: as a peer of a mesh that forms from seeds or by multicast, or through routers.
+
+Up to about 32 robots a full mesh is the simplest; beyond, robots are clients of one or more routers, which hold no
+state and stand in for each other. Only the configuration differs. Zenoh's defaults that would hurt us are set here:
+shared memory off, one mechanism of discovery, short leases, and limits.
+"""
+
+import json
+import socket
+from typing import Annotated, Any, Literal
+
+import msgspec
+import zenoh
+from msgspec import Meta
+
+from crcolony.colony.messages import SCENE_BYTES
+from crcolony.colony.transport import NetworkError
+
+PORT = 7447
+HERE = f"tcp/127.0.0.1:{PORT}"
+"""Where processes of one machine find each other, unless told otherwise."""
+
+MESH_ROBOTS = 32
+"""Beyond so many robots a full mesh costs more than it gives."""
+
+
+class Network(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """How to reach the others. Endpoints are Zenoh's: `tcp/host:port`, `udp/…`, `tls/…`, `quic/…`."""
+
+    role: Literal["peer", "client", "router"] = "peer"
+    connect: tuple[str, ...] = ()
+    """Seeds (peer) or routers (client)"""
+    listen: tuple[str, ...] = ()
+    """Empty: a free port of the address that reaches the first seed"""
+    interface: str = ""
+    """Peers find each other by multicast on this network interface, without seeds"""
+    lease_ms: Annotated[int, Meta(ge=500, le=600_000)] = 3000
+    """A silent peer is gone after this"""
+
+
+def open_session(network: Network) -> zenoh.Session:
+    """Come onto the network; raises NetworkError naming the endpoint and the reason."""
+    zenoh.init_log_from_env_or("error")
+    try:
+        return zenoh.open(zenoh.Config.from_json5(json.dumps(zenoh_config(network))))
+    except zenoh.ZError as error:
+        raise NetworkError(_in_words(network, str(error))) from None
+
+
+def zenoh_config(network: Network) -> dict[str, Any]:
+    """Return Zenoh's configuration."""
+    by_multicast = bool(network.interface)
+    listen = network.listen or _own_endpoints(network)
+    return {
+        "mode": network.role,
+        "listen": {"endpoints": [] if network.role == "client" else list(listen)},
+        "connect": {
+            "endpoints": list(network.connect),
+            "timeout_ms": {"router": -1, "peer": -1, "client": 5000},
+            "exit_on_failure": {"router": False, "peer": False, "client": True},
+            "retry": {
+                "period_init_ms": 100,
+                "period_max_ms": 2000,
+                "period_increase_factor": 1.7,
+            },
+        },
+        "scouting": {
+            "multicast": {
+                "enabled": by_multicast,
+                "interface": network.interface or "lo",
+                "ttl": 1,
+                "autoconnect_strategy": {"peer": {"to_router": "always", "to_peer": "always"}},
+            },
+            "gossip": {"enabled": not by_multicast},
+        },
+        "transport": {
+            "unicast": {
+                "open_timeout": 2000,
+                "accept_timeout": 2000,
+                "accept_pending": 1000,
+                "max_sessions": 4096,
+            },
+            "link": {
+                "tx": {"lease": network.lease_ms, "keep_alive": 4},
+                "rx": {"max_message_size": 2 * SCENE_BYTES},
+            },
+            "shared_memory": {"enabled": False},
+        },
+        "queries_default_timeout": 2000,
+    }
+
+
+def free_port(host: str = "127.0.0.1") -> int:
+    """Return a port that nobody listens on now."""
+    with socket.socket() as probe:
+        probe.bind((host, 0))
+        port: int = probe.getsockname()[1]
+    return port
+
+
+def is_taken(endpoint: str) -> bool:
+    """Tell whether somebody listens on a TCP endpoint of this machine already."""
+    host, port = _host_and_port(endpoint)
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((host, port))
+        except OSError:
+            return True
+    return False
+
+
+def _own_endpoints(network: Network) -> tuple[str, ...]:
+    """Return a free port of the address of this machine that reaches the first seed, or of the interface."""
+    if network.role == "client":
+        return ()
+    host = "127.0.0.1"
+    if network.connect:
+        seed, port = _host_and_port(network.connect[0])
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.connect((seed, port))
+                host = probe.getsockname()[0]
+            except OSError as error:
+                raise NetworkError(f"{network.connect[0]}: {error.strerror or error}") from None
+    elif network.interface:
+        host = _address_of(network.interface)
+    return (f"tcp/{host}:0",)
+
+
+def _address_of(interface: str) -> str:
+    """Return the IPv4 address of a network interface; raises NetworkError if it has none (Linux only)."""
+    import fcntl
+    import struct
+
+    siocgifaddr = 0x8915
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            request = struct.pack("256s", interface[:15].encode())
+            answer = fcntl.ioctl(probe.fileno(), siocgifaddr, request)
+        except OSError as error:
+            raise NetworkError(
+                f"interface {interface}: {error.strerror}; it needs an IPv4 address"
+            ) from None
+    return socket.inet_ntoa(answer[20:24])
+
+
+def _host_and_port(endpoint: str) -> tuple[str, int]:
+    _, slash, place = endpoint.partition("/")
+    host, colon, port = place.rpartition(":")
+    if not slash or not colon or not port.isdigit() or not 0 < int(port) < 65536:
+        raise NetworkError(f"{endpoint}: not an endpoint; expected something like {HERE}")
+    return host.strip("[]"), int(port)
+
+
+def _in_words(network: Network, reason: str) -> str:
+    for endpoint in network.listen:
+        if "ddress already in use" in reason or is_taken(endpoint):
+            return f"{endpoint}: the port is taken; choose another with --listen"
+    if network.role == "client":
+        return f"no router answers at {', '.join(network.connect) or '(none given)'}"
+    short = reason.splitlines()[0].split(" at /")[0]
+    return f"{', '.join(network.listen + network.connect) or network.interface}: {short}"

@@ -1,0 +1,221 @@
+"""The process of one robot: it looks for a body, lives with it, and goes on living when anything else dies."""
+
+import time
+from collections.abc import Callable
+
+import msgspec
+
+from crcolony.colony import telemetry
+from crcolony.colony.messages import (
+    Action,
+    Embodied,
+    Join,
+    Leave,
+    Observation,
+    WireError,
+    decode_observation,
+    decode_place,
+    encode,
+    pack_row,
+    unpack_row,
+)
+from crcolony.colony.node import RobotNode
+from crcolony.colony.telemetry import Ended, Exchanged
+from crcolony.colony.transport import (
+    ArenaGone,
+    ArenaSeen,
+    Arrival,
+    Asked,
+    Mail,
+    Observed,
+    Placed,
+    RobotGone,
+    RobotSeen,
+)
+from crcolony.colony.zenoh_transport import Inbox, RobotTransport
+from crcolony.config import Config
+from crcolony.robot.batch import habits_of
+from crcolony.world.settings import CyberRodent
+
+STATE_PERIOD_S = 0.5
+_JOIN_RETRY_S = 1.0
+_SILENCE_S = 3.0
+"""Without an observation for so long a robot asks for its body again."""
+_LONGEST_WAIT_S = 0.5
+
+
+class RobotProcess:
+    """Drives a `RobotNode` by what arrives from the network and by the clock of this machine."""
+
+    def __init__(
+        self,
+        node: RobotNode,
+        transport: RobotTransport,
+        inbox: Inbox,
+        config: Config,
+        colony: str,
+        arena: str,
+        wanted_place: int,
+        snapshot_s: float,
+        say: Callable[[str], None],
+    ) -> None:
+        self._node, self._transport, self._inbox = node, transport, inbox
+        self._config, self._colony, self._arena = config, colony, arena
+        self._wanted_place = wanted_place
+        self._say = say
+        self._place: Embodied | None = None
+        self._answer: bytes | None = None
+        """The action for the last observation; None while a mating holds it back"""
+        self._tick = -1
+        self._observed_s = self._join_s = self._state_s = 0.0
+        self._snapshot_s = snapshot_s
+        self._snapshot_due_s = time.monotonic() + snapshot_s
+        self._told_matings = 0
+
+    def run(self, is_stopped: Callable[[], bool]) -> None:
+        """Live until told to stop or until the last generation of the config; everything is saved then."""
+        self._node.begin(time.monotonic())
+        self._transport.host(self._node.id, self._node.life)
+        try:
+            while not is_stopped() and not self._is_done():
+                now_s = time.monotonic()
+                wait_s = min(self._node.next_s - now_s, self._state_s - now_s, _LONGEST_WAIT_S)
+                arrival = self._inbox.get(max(wait_s, 0.0))
+                if arrival is not None:
+                    self._take(time.monotonic(), arrival)
+                self._keep_time(time.monotonic())
+        finally:
+            self._transport.join(self._node.id, encode(Leave(self._node.id)))
+            self._transport.unhost(self._node.id)
+        self._node.save()
+
+    def _is_done(self) -> bool:
+        return 0 < self._config.generations <= self._node.robot.generation
+
+    def _take(self, now_s: float, arrival: Arrival) -> None:
+        node = self._node
+        match arrival:
+            case Observed(observation=data):
+                self._observe(now_s, data)
+            case Mail(letter=letter):
+                node.receive(now_s, letter)
+                self._answer_if_settled()
+            case RobotSeen(robot=robot, life=life, session=session):
+                node.robot_seen(now_s, robot, life, session)
+            case RobotGone(robot=robot, life=life, session=session):
+                node.robot_gone(now_s, robot, life, session)
+                self._answer_if_settled()
+            case Placed(answer=answer):
+                self._embody(now_s, answer)
+            case ArenaSeen():
+                self._seek(now_s)
+            case ArenaGone(world=world) if self._place and world == self._place.world:
+                self._lose_body("the arena is gone")
+            case Asked(question=question, answer=reply):
+                self._answer_past(question, reply)
+
+    def _answer_past(self, question: bytes, reply: Callable[[bytes], None]) -> None:
+        try:
+            reply(self._node.answer_past(question))
+        except WireError as error:
+            self._node.fault(f"malformed question: {error}")
+
+    # The body --------------------------------------------------------------------------------------------------
+
+    def _seek(self, now_s: float) -> None:
+        self._join_s = now_s + _JOIN_RETRY_S
+        join = Join(self._node.id, self._colony, self._wanted_place)
+        self._transport.join(self._node.id, encode(join))
+
+    def _embody(self, now_s: float, answer: bytes) -> None:
+        try:
+            place = decode_place(answer)
+            if not isinstance(place, Embodied):
+                self._say_fault(f"arena {self._arena}: no body: {place.reason}")
+                return
+            body = msgspec.json.decode(place.body, type=CyberRodent)
+        except (WireError, msgspec.DecodeError) as error:
+            self._say_fault(f"arena {self._arena}: malformed answer: {error}")
+            return
+        if self._place is None or place.world != self._place.world:
+            self._say(f"has body {place.place} in arena {self._arena}")
+            self._tick = -1
+        self._place, self._observed_s = place, now_s
+        self._node.arena = self._arena
+        self._node.robot.embody(habits_of(self._config.learning, self._config.life, body))
+
+    def _lose_body(self, why: str) -> None:
+        self._say_fault(f"{why}; looking for arena {self._arena}")
+        self._place, self._node.arena = None, ""
+
+    def _observe(self, now_s: float, data: bytes) -> None:
+        try:
+            observation = decode_observation(data)
+            row = unpack_row(observation.row)
+        except WireError as error:
+            self._node.fault(f"malformed observation: {error}")
+            return
+        place = self._place
+        if place is None or observation.world != place.world:
+            return
+        if observation.tick <= self._tick:
+            if observation.tick == self._tick and self._answer is not None and place.lockstep:
+                self._transport.act(self._node.id, self._answer)
+            return
+        self._node.period_ms = 1000.0 * (now_s - self._observed_s)
+        self._observed_s, self._tick = now_s, observation.tick
+        self._live(now_s, observation, self._node.robot.step(row))
+
+    def _live(self, now_s: float, observation: Observation, action: "object") -> None:
+        node = self._node
+        self._answer = None
+        self._action = encode(Action(observation.tick, pack_row(action)))  # type: ignore[arg-type]
+        node.attend(now_s, observation.tick, observation.contact)
+        self._answer_if_settled()
+
+    def _answer_if_settled(self) -> None:
+        """Act, and go on to what comes after the step; in lockstep only when no mating is under way."""
+        place, node = self._place, self._node
+        if place is None or self._answer is not None or self._tick < 0:
+            return
+        if place.lockstep and not node.is_settled:
+            return
+        generation = node.robot.generation
+        self._answer = self._action
+        if node.robot.events:
+            node.finish_step()
+        if not self._is_done():
+            self._transport.act(node.id, self._answer)
+        if node.robot.generation > generation:
+            self._say(f"generation {node.robot.generation}, {node.matings} matings so far")
+
+    # The clock -------------------------------------------------------------------------------------------------
+
+    def _keep_time(self, now_s: float) -> None:
+        node = self._node
+        if now_s >= node.next_s:
+            node.let_time_pass(now_s)
+            self._answer_if_settled()
+        if now_s >= self._state_s:
+            self._state_s = now_s + STATE_PERIOD_S
+            self._transport.tell(node.id, "state", encode(node.state(self._inbox.dropped)))
+        if now_s >= self._join_s and now_s >= self._observed_s + _SILENCE_S:
+            self._seek(now_s)
+        if now_s >= self._snapshot_due_s:
+            self._snapshot_due_s = now_s + self._snapshot_s
+            node.save()
+
+    def _say_fault(self, what: str) -> None:
+        self._node.fault(what)
+        self._say(what)
+
+
+def in_words(event: telemetry.Event) -> str | None:
+    """Return what an event means to a person, or None if it is too common to say."""
+    match event:
+        case Exchanged(partner=partner, conceived=conceived, energy=energy):
+            what = "conceived" if conceived else "no offspring"
+            return f"mated with {partner[:8]}…, {what} (energy {energy:.2f})"
+        case Ended(outcome=outcome, peer=peer, reason=reason) if outcome != "mated":
+            return f"mating with {peer.hex()[:8]}: {outcome} {reason}".rstrip()
+    return None

@@ -1,0 +1,251 @@
+"""What a robot and an arena tell whoever watches: a state at a fixed rate, and every event with a number.
+
+Telemetry may be lost. Events of one life of a robot are numbered without gaps, and a state names the last of them, so
+an observer knows what it missed and can ask for it: `Past` answers from the robot's ring of recent events.
+"""
+
+import itertools
+from collections import deque
+from typing import Annotated, Any, Literal
+
+import msgspec
+from msgspec import Meta
+
+from crcolony.colony.history import Born, Died, Lived, TurnedOver
+from crcolony.colony.mating import Outcome
+from crcolony.colony.messages import (
+    BODY_BYTES,
+    LETTER_BYTES,
+    SCENE_BYTES,
+    AgentName,
+    Door,
+    Encounter,
+    Id,
+    Message,
+    Name,
+    Ordinal,
+    Tick,
+    encode,
+)
+
+STALE_S = 2.0
+"""A robot that has said nothing for so long is silent; its state comes several times as often."""
+
+_RING = 10_000
+"""Events that a robot keeps for observers who missed them."""
+PAST_EVENTS = 64
+"""Events in one answer, at most."""
+
+Share = Annotated[float, Meta(ge=0.0, le=1.0)]
+Count = Annotated[int, Meta(ge=0, lt=2**53)]
+UnixMs = Annotated[int, Meta(ge=0, lt=2**53)]
+
+
+class Met(Message, frozen=True, tag="Met"):
+    """The own body reported a contact."""
+
+    tick: Tick
+    peer: Id
+    agent: AgentName
+
+
+class Exchanged(Message, frozen=True, tag="Exchanged"):
+    """A mating took place, as one of the two sees it: what it made of the partner's genotype."""
+
+    tick: Tick
+    encounter: Encounter
+    agent: AgentName
+    partner: AgentName
+    energy: Share
+    conceived: bool
+    too_late: bool
+
+
+class Ended(Message, frozen=True, tag="Ended"):
+    """Something became of an encounter."""
+
+    tick: Tick
+    outcome: Outcome
+    peer: Id
+    encounter: Encounter | None
+    reason: Annotated[str, Meta(max_length=200)]
+
+
+class Fault(Message, frozen=True, tag="Fault"):
+    """Something outside went wrong; the robot goes on."""
+
+    tick: Tick
+    what: Annotated[str, Meta(max_length=500)]
+
+
+Event = Born | Died | Lived | TurnedOver | Met | Exchanged | Ended | Fault
+
+
+class Told(Message, frozen=True, tag="told"):
+    """One event of a robot; `seq` counts from 1 in every life."""
+
+    robot: Id
+    life: Ordinal
+    seq: Count
+    unix_ms: UnixMs
+    event: Event
+
+
+class State(Message, frozen=True, tag="state"):
+    """How a robot is, a few times a second."""
+
+    robot: Id
+    number: Annotated[int, Meta(ge=0, lt=2**31)]
+    arena: Name | Literal[""]
+    """Where its body is; empty: it has none"""
+    life: Ordinal
+    seq: Count
+    """Its last event"""
+    unix_ms: UnixMs
+    tick: Tick
+    generation: Count
+    agent: Annotated[str, Meta(max_length=64)]
+    energy: Share
+    module: Annotated[int, Meta(ge=-1, lt=100)]
+    matings: Count
+    """In all its lives"""
+    conceptions: Count
+    pool: Count
+    """Offspring that wait for the next generation"""
+    waiting: Count
+    """Encounters that wait for the partner"""
+    doubts: Count
+    orphaned: Count
+    peers: Count
+    """Robots it sees on the network"""
+    refused: Count
+    """Letters and messages that were not what they should be"""
+    dropped: Count
+    """Of what came in, lost because it was too much"""
+    faults: Count
+    period_ms: Annotated[float, Meta(ge=0.0, le=1e9)]
+    """Between its last two observations"""
+
+
+class Ask(Message, frozen=True, tag="ask"):
+    """An observer asks for the events of a life from one number on."""
+
+    life: Ordinal
+    first: Count
+
+
+class Past(Message, frozen=True, tag="past"):
+    """The answer: encoded `Told` in order, as many as are kept and fit; `oldest` is the first number still kept."""
+
+    life: Ordinal
+    oldest: Count
+    events: Annotated[list[bytes], Meta(max_length=PAST_EVENTS)]
+
+
+class SeenRobot(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
+    """A body in the arena."""
+
+    robot: Id
+    colony: Name
+    x_m: float
+    y_m: float
+    heading_rad: float
+    beacon: bool
+    red: Share
+    green: Share
+    blue: Share
+    holds: bool
+
+
+class SeenPack(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
+    """A battery pack."""
+
+    x_m: float
+    y_m: float
+    red: Share
+    green: Share
+    blue: Share
+    charge: Share
+
+
+class Scene(Message, frozen=True, tag="scene"):
+    """The arena as it is, a few times a second. `seq` counts the scenes of this run of the arena."""
+
+    arena: Name
+    world: Annotated[int, Meta(ge=0, lt=2**62)]
+    seq: Count
+    tick: Tick
+    unix_ms: UnixMs
+    period_s: float
+    width_m: float
+    height_m: float
+    robots: Annotated[list[SeenRobot], Meta(max_length=4096)]
+    packs: Annotated[list[SeenPack], Meta(max_length=4096)]
+
+
+_told = Door(Told, LETTER_BYTES)
+_states = Door(State, BODY_BYTES)
+_asks = Door(Ask, BODY_BYTES)
+_pasts = Door(Past, LETTER_BYTES * 2)
+_scenes = Door(Scene, SCENE_BYTES)
+
+
+def decode_told(data: bytes) -> Told:
+    """Return an event as told; raises WireError."""
+    told: Told = _told.decode(data)
+    return told
+
+
+def decode_state(data: bytes) -> State:
+    """Return a robot's state; raises WireError."""
+    state: State = _states.decode(data)
+    return state
+
+
+def decode_ask(data: bytes) -> Ask:
+    """Return an observer's question; raises WireError."""
+    ask: Ask = _asks.decode(data)
+    return ask
+
+
+def decode_past(data: bytes) -> Past:
+    """Return the answer to it; raises WireError."""
+    past: Past = _pasts.decode(data)
+    return past
+
+
+def decode_scene(data: bytes) -> Scene:
+    """Return a scene; raises WireError."""
+    scene: Scene = _scenes.decode(data)
+    return scene
+
+
+class Ring:
+    """The recent events of one life, encoded and numbered, for those who missed some."""
+
+    def __init__(self, robot: bytes, life: int) -> None:
+        self.seq = 0
+        self._robot, self._life = robot, life
+        self._kept: deque[bytes] = deque(maxlen=_RING)
+
+    def add(self, event: Any, unix_ms: int) -> bytes:
+        """Number an event, keep it, and return it as it is published."""
+        self.seq += 1
+        told = encode(Told(self._robot, self._life, self.seq, unix_ms, event))
+        self._kept.append(told)
+        return told
+
+    def answer(self, ask: Ask) -> Past:
+        """Return the events from the asked number on, as many as are kept and fit into one answer."""
+        oldest = self.seq - len(self._kept) + 1
+        if ask.life != self._life:
+            return Past(self._life, oldest, [])
+        start = max(ask.first, oldest) - oldest
+        told: list[bytes] = []
+        room = LETTER_BYTES
+        for data in itertools.islice(self._kept, start, start + PAST_EVENTS):
+            room -= len(data)
+            if room < 0:
+                break
+            told.append(data)
+        return Past(self._life, oldest, told)

@@ -1,0 +1,243 @@
+"""Zenoh behind the seam of `transport.py`. Its callbacks run on Zenoh's threads and do one thing: enqueue.
+
+Everything is a `put` that gives way when a link is congested, so that a frozen peer stalls nobody: what must not be
+lost is said again until it is answered (matings, lockstep), and a lost observation is followed by a fresh one.
+Presence is a liveliness token, declared last, when the robot can be reached.
+"""
+
+import threading
+from collections.abc import Callable
+from queue import Empty, SimpleQueue
+from typing import Any, Literal
+
+import zenoh
+from zenoh.handlers import Callback
+
+from crcolony.colony import keys
+from crcolony.colony.identity import RobotId
+from crcolony.colony.keys import ArenaKeys, ColonyKeys
+from crcolony.colony.transport import (
+    Acted,
+    ArenaGone,
+    ArenaSeen,
+    Arrival,
+    Asked,
+    Deliver,
+    Mail,
+    Observed,
+    Placed,
+    RobotGone,
+    RobotSeen,
+)
+
+_JOIN_TIMEOUT_S = 1.0
+_MOST_WAITING = 2048
+"""Letters and questions that wait to be looked at; beyond it they are dropped and counted."""
+
+
+class Inbox:
+    """What has arrived and waits for the one loop of the process. Only letters and questions can be too many."""
+
+    def __init__(self) -> None:
+        self.dropped = 0
+        self._queue: SimpleQueue[Arrival | None] = SimpleQueue()
+
+    def deliver(self, arrival: Arrival) -> None:
+        """Enqueue, from any thread."""
+        if isinstance(arrival, Mail | Asked) and self._queue.qsize() >= _MOST_WAITING:
+            self.dropped += 1
+            return
+        self._queue.put(arrival)
+
+    def wake(self) -> None:
+        """Let whoever waits look around; safe in a signal handler."""
+        self._queue.put(None)
+
+    def get(self, timeout_s: float) -> Arrival | None:
+        """Wait for the next arrival; None after the time, or when woken."""
+        try:
+            return self._queue.get(timeout=timeout_s) if timeout_s > 0.0 else self._queue.get(False)
+        except Empty:
+            return None
+
+
+def _listen(handler: Callable[[Any], None]) -> Any:
+    return Callback(handler, indirect=False)
+
+
+def _publisher(session: zenoh.Session, key: str) -> zenoh.Publisher:
+    return session.declare_publisher(
+        key, congestion_control=zenoh.CongestionControl.DROP, express=True
+    )
+
+
+class RobotTransport:
+    """The robots of this process on Zenoh, all of one colony, with their bodies in one arena."""
+
+    def __init__(self, session: zenoh.Session, colony: str, arena: str, deliver: Deliver) -> None:
+        self.name = str(session.zid())
+        self._session = session
+        self._colony, self._arena = ColonyKeys(colony), ArenaKeys(arena)
+        self._deliver = deliver
+        self._publishers: dict[str, zenoh.Publisher] = {}
+        self._declared: dict[RobotId, list[Any]] = {}
+        self._watches = [
+            session.liveliness().declare_subscriber(
+                self._colony.all_alive, _listen(self._on_robot), history=True
+            ),
+            session.liveliness().declare_subscriber(
+                self._arena.all_alive, _listen(self._on_arena), history=True
+            ),
+        ]
+
+    def host(self, robot: RobotId, life: int) -> None:
+        """Let a robot be reached, and then be seen."""
+        deliver = self._deliver
+
+        def on_past(query: zenoh.Query) -> None:
+            deliver(Asked("past", robot, _payload(query), _answer_to(query)))
+
+        self._declared[robot] = [
+            self._session.declare_subscriber(
+                self._colony.mail(robot),
+                _listen(lambda s: deliver(Mail(robot, s.payload.to_bytes()))),
+            ),
+            self._session.declare_subscriber(
+                self._arena.observation(robot),
+                _listen(lambda s: deliver(Observed(robot, s.payload.to_bytes()))),
+            ),
+            self._session.declare_queryable(self._colony.past(robot), _listen(on_past)),
+            self._session.liveliness().declare_token(self._colony.alive(robot, life, self.name)),
+        ]
+
+    def unhost(self, robot: RobotId) -> None:
+        """Let a robot be gone."""
+        for entity in reversed(self._declared.pop(robot, [])):
+            entity.undeclare()
+
+    def holders(self, robot: RobotId, wait_s: float) -> list[tuple[int, str]]:
+        """Return life and session of every process that is this robot on the network now."""
+        found = []
+        replies = self._session.liveliness().get(self._colony.alive_anywhere(robot), timeout=wait_s)
+        for reply in replies:
+            if reply.ok is not None:
+                *_, life, session = keys.chunks(str(reply.ok.key_expr))
+                if life.isdigit():
+                    found.append((int(life), session))
+        return found
+
+    def send(self, to: RobotId, letter: bytes) -> None:
+        """Post a letter."""
+        self._publish(self._colony.mail(to), letter)
+
+    def join(self, robot: RobotId, request: bytes) -> None:
+        """Ask the arena for a body."""
+        deliver = self._deliver
+
+        def on_reply(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                deliver(Placed(robot, reply.ok.payload.to_bytes()))
+
+        self._session.get(
+            self._arena.join,
+            _listen(on_reply),
+            payload=request,
+            timeout=_JOIN_TIMEOUT_S,
+            consolidation=zenoh.ConsolidationMode.NONE,
+        )
+
+    def act(self, robot: RobotId, action: bytes) -> None:
+        """Command a body."""
+        self._publish(self._arena.action(robot), action)
+
+    def tell(self, robot: RobotId, topic: Literal["state", "event"], data: bytes) -> None:
+        """Publish telemetry."""
+        key = self._colony.state(robot) if topic == "state" else self._colony.event(robot)
+        self._publish(key, data)
+
+    def _publish(self, key: str, data: bytes) -> None:
+        publisher = self._publishers.get(key)
+        if publisher is None:
+            publisher = self._publishers[key] = _publisher(self._session, key)
+        publisher.put(data)
+
+    def _on_robot(self, sample: zenoh.Sample) -> None:
+        *_, name, life, session = keys.chunks(str(sample.key_expr))
+        robot = keys.robot_in(name)
+        if robot is None or not life.isdigit() or int(life) >= 2**32:
+            return
+        kind = RobotSeen if sample.kind == zenoh.SampleKind.PUT else RobotGone
+        self._deliver(kind(robot, int(life), session))
+
+    def _on_arena(self, sample: zenoh.Sample) -> None:
+        *_, world, _ = keys.chunks(str(sample.key_expr))
+        if world.isdigit():
+            kind = ArenaSeen if sample.kind == zenoh.SampleKind.PUT else ArenaGone
+            self._deliver(kind(int(world)))
+
+
+class ArenaTransport:
+    """An arena on Zenoh: it is joined, it is told actions, and it tells what bodies sense."""
+
+    def __init__(self, session: zenoh.Session, arena: str, world: int, deliver: Deliver) -> None:
+        self._session = session
+        self._keys = ArenaKeys(arena)
+        self._deliver = deliver
+        self._publishers: dict[RobotId, zenoh.Publisher] = {}
+        self._scene = _publisher(session, self._keys.scene)
+        live = session.liveliness()
+        self._entities = [
+            session.declare_subscriber(self._keys.all_actions, _listen(self._on_action)),
+            session.declare_queryable(self._keys.join, _listen(self._on_join)),
+            live.declare_subscriber(keys.ALL_ROBOTS_ALIVE, _listen(self._on_robot), history=True),
+            live.declare_token(self._keys.alive(world, str(session.zid()))),
+        ]
+
+    def observe(self, robot: RobotId, observation: bytes) -> None:
+        """Tell a robot what its body senses."""
+        publisher = self._publishers.get(robot)
+        if publisher is None:
+            key = self._keys.observation(robot)
+            publisher = self._publishers[robot] = _publisher(self._session, key)
+        publisher.put(observation)
+
+    def forget(self, robot: RobotId) -> None:
+        """Keep nothing for a robot that has left."""
+        publisher = self._publishers.pop(robot, None)
+        if publisher is not None:
+            publisher.undeclare()  # type: ignore[no-untyped-call]
+
+    def show(self, scene: bytes) -> None:
+        """Publish the scene."""
+        self._scene.put(scene)
+
+    def _on_action(self, sample: zenoh.Sample) -> None:
+        robot = keys.robot_in(keys.chunks(str(sample.key_expr))[-2])
+        if robot is not None:
+            self._deliver(Acted(robot, sample.payload.to_bytes()))
+
+    def _on_join(self, query: zenoh.Query) -> None:
+        self._deliver(Asked("join", b"", _payload(query), _answer_to(query)))
+
+    def _on_robot(self, sample: zenoh.Sample) -> None:
+        *_, name, life, session = keys.chunks(str(sample.key_expr))
+        robot = keys.robot_in(name)
+        if robot is not None and life.isdigit():
+            kind = RobotSeen if sample.kind == zenoh.SampleKind.PUT else RobotGone
+            self._deliver(kind(robot, int(life), session))
+
+
+def _payload(query: zenoh.Query) -> bytes:
+    return query.payload.to_bytes() if query.payload is not None else b""
+
+
+def _answer_to(query: zenoh.Query) -> Callable[[bytes], None]:
+    """Return what answers a query, once, from any thread."""
+    once = threading.Lock()
+
+    def answer(data: bytes) -> None:
+        if once.acquire(blocking=False):
+            query.reply(query.key_expr, data)
+            query.drop()  # type: ignore[no-untyped-call]
+
+    return answer

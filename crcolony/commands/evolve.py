@@ -1,0 +1,84 @@
+"""`crcolony evolve`: an embedded colony on this machine, as fast as possible."""
+
+import argparse
+from pathlib import Path
+
+from crcolony.commands import (
+    UsageError,
+    add_config,
+    check_minutes,
+    new_folder,
+    say_if_compiling,
+    settings_of,
+)
+
+
+def add_evolve(evolve: argparse.ArgumentParser) -> None:
+    """Add the options of `crcolony evolve`."""
+    add_config(evolve)
+    evolve.add_argument("--robots", type=int, metavar="N")
+    evolve.add_argument(
+        "--selection", choices=("implicit", "central"), help="central: the baseline to compare with"
+    )
+    evolve.add_argument("--out", type=Path, metavar="DIR", help="results folder")
+    evolve.add_argument("--resume", action="store_true", help="go on with the run in --out")
+    evolve.add_argument("--minutes", type=float, metavar="M", help="stop after so long")
+    evolve.add_argument(
+        "--seeds", type=int, metavar="N", help="N runs with seeds from --seed on, in all cores"
+    )
+    evolve.add_argument(
+        "--compare",
+        action="store_true",
+        help="with --seeds: against central selection and against no shaping, with statistics",
+    )
+    evolve.set_defaults(command=_evolve)
+
+
+def _evolve(options: argparse.Namespace) -> int:
+    from crcolony.config import load
+
+    check_minutes(options.minutes)
+    if options.seeds is not None:
+        return _evolve_seeds(options)
+    if options.compare:
+        raise UsageError("--compare needs --seeds")
+    if options.resume:
+        return _resume(options)
+    from crcolony.colony.evolve import begin
+    from crcolony.colony.terminal import run_in_terminal
+
+    config = load(options.config, settings_of(options))
+    say_if_compiling()
+    return run_in_terminal(*begin(options.out or new_folder(), config), minutes=options.minutes)
+
+
+def _resume(options: argparse.Namespace) -> int:
+    if options.out is None:
+        raise UsageError("--resume needs --out, the folder to go on in")
+    if options.config is not None or settings_of(options):
+        raise UsageError(
+            "--resume goes on with the folder's own config; other settings do not go with it"
+        )
+    from crcolony.colony.evolve import resume
+    from crcolony.colony.terminal import run_in_terminal
+
+    say_if_compiling()
+    return run_in_terminal(*resume(options.out), minutes=options.minutes)
+
+
+def _evolve_seeds(options: argparse.Namespace) -> int:
+    from crcolony.config import load
+    from crcolony.experiments.survival import run_survival
+
+    if options.seeds < 1:
+        raise UsageError(f"--seeds {options.seeds}: must be at least 1")
+    if options.minutes is not None:
+        raise UsageError("--minutes does not go with --seeds")
+    if options.resume and options.out is None:
+        raise UsageError("--resume needs --out, the folder to go on in")
+    config = load(options.config, settings_of(options))
+    if config.generations == 0:
+        raise UsageError("--generations 0 does not go with --seeds: such a run has no end")
+    out = options.out or new_folder()
+    say_if_compiling()
+    return run_survival(config, options.seeds, out, options.compare, options.resume)

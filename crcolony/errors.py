@@ -1,0 +1,15 @@
+"""The two families of errors that a user meets; anything else is a bug, and crashes loudly.
+
+    Refusal         something outside is not as it should be: a setting, a file, an endpoint. One line, exit code 2
+      ConfigError, ResultsError, PlotsError, IdentityError, NetworkError, StoreError, UsageError
+    Broken          nobody knows what is on the disk: the process ends, and begins again from the disk. Exit code 3
+      StoreBroken
+"""
+
+
+class Refusal(Exception):  # noqa: N818
+    """The message names what is wrong, where, and why."""
+
+
+class Broken(Exception):  # noqa: N818
+    """The message names what failed; going on could contradict what is on the disk."""

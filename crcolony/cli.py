@@ -6,17 +6,18 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from crcolony.commands import (
-    EXIT_BROKEN,
-    EXIT_INTERRUPTED,
-    EXIT_UNREAD,
-    EXIT_WRONG_INPUT,
-)
 from crcolony.commands.evolve import add_evolve
 from crcolony.commands.files import add_check, add_inspect, add_keygen, add_plot
 from crcolony.commands.network import add_arena, add_host, add_launch, add_robot, add_router
 from crcolony.commands.watching import add_status, add_top
-from crcolony.errors import Broken, Refusal
+from crcolony.errors import (
+    EXIT_BROKEN,
+    EXIT_INTERRUPTED,
+    EXIT_UNREAD,
+    EXIT_WRONG_INPUT,
+    Broken,
+    Refusal,
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

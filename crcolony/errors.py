@@ -1,10 +1,13 @@
 """The two families of errors that a user meets; anything else is a bug, and crashes loudly.
 
-    Refusal         something outside is not as it should be: a setting, a file, an endpoint. One line, exit code 2
-      ConfigError, ResultsError, PlotsError, IdentityError, NetworkError, StoreError, UsageError
-    Broken          nobody knows what is on the disk: the process ends, and begins again from the disk. Exit code 3
-      StoreBroken
+Refusal         something outside is not as it should be: a setting, a file, an endpoint. One line, exit code 2
+  ConfigError, ResultsError, PlotsError, IdentityError, NetworkError, StoreError, UsageError
+Broken          nobody knows what is on the disk: the process ends, and begins again from the disk. Exit code 3
+  StoreBroken
 """
+
+EXIT_OK, EXIT_WRONG_INPUT, EXIT_BROKEN, EXIT_INTERRUPTED, EXIT_UNREAD = 0, 2, 3, 130, 141
+"""What a process ends with; 1 is a bug, with a traceback"""
 
 
 class Refusal(Exception):  # noqa: N818

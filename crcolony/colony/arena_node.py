@@ -138,6 +138,10 @@ class ArenaNode:
         """Return a robot's place in the arena; raises KeyError if it has none."""
         return self.robots[robot]
 
+    def occupant(self, place: int) -> RobotId | None:
+        """Return whose body is in a place, or None."""
+        return self._occupants[place]
+
     def colony_of(self, robot: RobotId) -> str:
         """Return the name of a robot's colony; raises KeyError if it has no body."""
         return self.colonies[int(self.arena.world.colonies[self.robots[robot]])]

@@ -57,14 +57,17 @@ def is_signed(content: bytes, signature: bytes, public_key: bytes) -> bool:
 
 
 def seeded(colony: str, seed: int, number: int) -> Identity:
-    """Return the key of a simulated robot, the same for the same colony seed and number: for repeatable runs only.
+    """Return a simulated robot, the same for the same colony, seed and number: for repeatable runs only.
 
-    Anyone who knows the seed knows this key. Robots that must not be impersonated get theirs from `create_key`.
+    Anyone who knows the seed knows its key. Robots that must not be impersonated get theirs from `create_key`.
     """
+    return Identity(seeded_key(colony, seed, number))
+
+
+def seeded_key(colony: str, seed: int, number: int) -> bytes:
+    """Return the secret seed of that robot's key."""
     content = f"{colony}\n{seed}\n{number}".encode()
-    return Identity(
-        hashlib.blake2b(content, digest_size=SEED_BYTES, person=b"crcolony seeded").digest()
-    )
+    return hashlib.blake2b(content, digest_size=SEED_BYTES, person=b"crcolony seeded").digest()
 
 
 def create_key(path: Path) -> Identity:

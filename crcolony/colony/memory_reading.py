@@ -23,6 +23,7 @@ from crcolony.colony.memory_schema import (
     migrate,
     named_errors,
     recognise,
+    refuse_emptied,
     select,
 )
 from crcolony.evolution.population import Offspring
@@ -53,6 +54,7 @@ def read_memory(path: Path) -> Memory:
     """Read a robot's memory, whether the robot lives or not, and change nothing; raises StoreError."""
     if not path.is_file():
         raise StoreError(f"{path}: not a crcolony memory: there is no such file")
+    refuse_emptied(path)
     with named_errors(path), closing(sqlite3.connect(":memory:")) as database:
         # A copy is of one moment, is out of the robot's way at once, and can be brought to the present version.
         uri = f"file:{quote(str(path.absolute()))}?mode=ro"

@@ -182,15 +182,19 @@ def _reason(error: sqlite3.Error) -> str:
             return f"corrupt: {str(error).splitlines()[0]}"
 
 
+def refuse_emptied(path: Path) -> None:
+    """Raise StoreError for a file that lost all its pages but not its log; opening it, SQLite would delete that too."""
+    log = path.with_name(path.name + "-wal")
+    is_empty = not path.exists() or path.stat().st_size == 0
+    if is_empty and log.exists() and log.stat().st_size > 0:
+        raise StoreError(f"{path}: corrupt: it is empty, and its log is not")
+
+
 def recognise(database: sqlite3.Connection, path: Path) -> bool:
     """Tell whether a file is a memory (True) or has nothing in it (False); raises StoreError for anything else."""
     application = int(database.execute("PRAGMA application_id").fetchone()[0])
     if application == APPLICATION_ID:
         return True
-    log = path.with_name(path.name + "-wal")
-    is_new = not path.exists() or path.stat().st_size == 0
-    if is_new and log.exists() and log.stat().st_size > 0:
-        raise StoreError(f"{path}: corrupt: it is empty, and its log is not")
     if application or database.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0]:
         raise StoreError(f"{path}: not a crcolony memory")
     return False

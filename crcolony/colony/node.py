@@ -67,6 +67,7 @@ class RobotNode:
         """The lives and sessions of every other robot on the network"""
         self._batch, self._memory, self._transport = batch, memory, transport
         self._ring = Ring(self.id, life)
+        self._limits = limits or Limits()
         self._unix_s, self._hear = unix_s, hear
         self._unsaved: list[Event] = []
         self._before: tuple[Any, list[Offspring], int] | None = None
@@ -78,7 +79,7 @@ class RobotNode:
             transport.send,
             self,
             allow or AllowList(),
-            limits or Limits(),
+            self._limits,
             life,
         )
 
@@ -91,6 +92,10 @@ class RobotNode:
     def waiting(self) -> tuple[Record, ...]:
         """Encounters that wait for a partner."""
         return self._exchanges.mating.open
+
+    def keep_pace(self, lockstep: bool) -> None:
+        """Wait for partners as the arena's clock allows."""
+        self._exchanges.mating.limits = LOCKSTEP_LIMITS if lockstep else self._limits
 
     @property
     def is_settled(self) -> bool:

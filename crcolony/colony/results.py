@@ -19,7 +19,7 @@ import os
 import platform
 import shutil
 import sqlite3
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -172,19 +172,14 @@ class Results:
             self._database = sqlite3.connect(self.folder / "history.sqlite")
             self._database.execute("PRAGMA journal_mode=WAL")
             self._database.execute("PRAGMA synchronous=NORMAL")
-            for kind, table in _TABLES.items():
-                columns = ", ".join(_columns(kind))
-                self._database.execute(f"CREATE TABLE IF NOT EXISTS {table} ({columns})")
+            _make_tables(self._database)
             self._database.commit()
         except sqlite3.Error as error:
             raise ResultsError(f"{self.folder / 'history.sqlite'}: {error}") from None
 
     def _flush(self) -> None:
         with self._connection as database:
-            for kind, table in _TABLES.items():
-                rows = [msgspec.structs.astuple(e) for e in self._events if type(e) is kind]
-                marks = ", ".join("?" * len(kind.__struct_fields__))
-                database.executemany(f"INSERT INTO {table} VALUES ({marks})", rows)
+            _insert(database, self._events)
         self._events.clear()
 
     def _forget_after(self, tick: int, generation: int) -> None:
@@ -204,6 +199,43 @@ class Results:
             raise ResultsError(f"{self.folder}: cannot be resumed: {error}") from None
 
 
+def keep_config(folder: Path, config: Config) -> None:
+    """Write the config of a colony of processes into its folder; raises ResultsError if it has another already."""
+    settings = folder / "config.toml"
+    if settings.exists():
+        if load(settings) != config:
+            raise ResultsError(f"{folder}: holds a colony of other settings; see its config.toml")
+        return
+    if any(folder.iterdir()):
+        raise ResultsError(f"{folder}: not empty; choose another --out")
+    content = to_toml(config).encode()
+    try:
+        replace_file(settings, lambda file: file.write(content))
+    except OSError as error:
+        raise ResultsError(f"{settings}: cannot be written: {error.strerror}") from None
+
+
+def write_history(path: Path, events: Sequence[Event]) -> None:
+    """Write a history that is complete into a database of its own, as that of a run; raises ResultsError."""
+    draft = path.with_name(path.name + ".part")
+    draft.unlink(missing_ok=True)
+    try:
+        with contextlib.closing(sqlite3.connect(draft)) as database, database:
+            _make_tables(database)
+            _insert(database, events)
+        draft.replace(path)
+    except (OSError, sqlite3.Error) as error:
+        raise ResultsError(f"{path}: cannot be written: {error}") from None
+
+
+def write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write a table by generation; raises ResultsError."""
+    try:
+        replace_file(path, lambda file: file.write(_as_csv(rows)))
+    except OSError as error:
+        raise ResultsError(f"{path}: cannot be written: {error.strerror}") from None
+
+
 def read_table(path: Path) -> list[dict[str, str]]:
     """Read a table by generation; raises ResultsError if it cannot be read."""
     try:
@@ -213,12 +245,25 @@ def read_table(path: Path) -> list[dict[str, str]]:
         raise ResultsError(f"{path}: cannot be read: {error}") from None
 
 
+def _make_tables(database: sqlite3.Connection) -> None:
+    for kind, table in _TABLES.items():
+        columns = ", ".join(_columns(kind))
+        database.execute(f"CREATE TABLE IF NOT EXISTS {table} ({columns})")
+
+
+def _insert(database: sqlite3.Connection, events: Sequence[Event]) -> None:
+    for kind, table in _TABLES.items():
+        rows = [msgspec.structs.astuple(event) for event in events if type(event) is kind]
+        marks = ", ".join("?" * len(kind.__struct_fields__))
+        database.executemany(f"INSERT INTO {table} VALUES ({marks})", rows)
+
+
 def _columns(kind: Any) -> Iterable[str]:
     for field in msgspec.structs.fields(kind):
         yield f"{field.name} {_SQL_TYPES.get(field.type, 'TEXT')}"
 
 
-def _as_csv(rows: list[dict[str, str]]) -> bytes:
+def _as_csv(rows: Sequence[Mapping[str, Any]]) -> bytes:
     if not rows:
         return b""
     text = io.StringIO(newline="")

@@ -44,6 +44,7 @@ from crcolony.colony.memory_schema import (
     primary_code,
     put,
     recognise,
+    refuse_emptied,
     select,
 )
 
@@ -85,7 +86,7 @@ class Store:
         self._database: sqlite3.Connection | None = None
         if path.is_dir():
             raise StoreError(f"{path}: is a folder, not a memory")
-        self._lock = _lock(path)
+        self._lock: int | None = _lock(path)
         try:
             with named_errors(path):
                 self._open(robot, schema, busy_s, durable)
@@ -95,6 +96,7 @@ class Store:
             raise
 
     def _open(self, robot: RobotId, schema: bytes, busy_s: float, durable: bool) -> None:
+        refuse_emptied(self.path)
         self._database = database = sqlite3.connect(
             self.path, timeout=busy_s, isolation_level=None, check_same_thread=False
         )
@@ -321,7 +323,7 @@ class Store:
             self._is_broken = True
 
 
-def _lock(path: Path) -> int | None:
+def _lock(path: Path) -> int:
     """Keep other processes out, by a file beside the memory: SQLite's own locks let them take turns."""
     side = path.with_name(path.name + ".lock")
     try:

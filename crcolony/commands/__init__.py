@@ -5,7 +5,6 @@ from pathlib import Path
 
 from crcolony.errors import Refusal
 
-EXIT_OK, EXIT_WRONG_INPUT, EXIT_BROKEN, EXIT_INTERRUPTED, EXIT_UNREAD = 0, 2, 3, 130, 141
 MOST_MINUTES = 366 * 24 * 60
 
 

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from crcolony.commands import EXIT_OK
+from crcolony.errors import EXIT_OK
 
 
 def add_check(parser: argparse.ArgumentParser) -> None:

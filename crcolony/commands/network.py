@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from crcolony.commands import (
-    EXIT_OK,
     UsageError,
     add_config,
     check_minutes,
@@ -13,6 +12,7 @@ from crcolony.commands import (
     say_if_compiling,
     settings_of,
 )
+from crcolony.errors import EXIT_OK
 
 if TYPE_CHECKING:
     from crcolony.colony.network import Network

@@ -2,8 +2,9 @@
 
 import argparse
 
-from crcolony.commands import EXIT_OK, UsageError
+from crcolony.commands import UsageError
 from crcolony.commands.network import add_network, network_of
+from crcolony.errors import EXIT_OK
 
 
 def add_top(parser: argparse.ArgumentParser) -> None:

@@ -144,11 +144,13 @@ class Body(Protocol):
         ...
 
 
+_LOWEST, _HIGHEST = limits(ACTION)
+
+
 def clip_action(action: FloatArray) -> FloatArray:
     """Return the action within the limits of the table; raises ValueError as `Body.act` says."""
     if action.shape != (ACTION_WIDTH,):
         raise ValueError(f"an action has shape ({ACTION_WIDTH},), not {action.shape}")
     if not np.isfinite(action).all():
         raise ValueError("an action holds only finite numbers")
-    low, high = limits(ACTION)
-    return np.clip(action, low, high)
+    return np.minimum(np.maximum(action, _LOWEST), _HIGHEST)

@@ -30,7 +30,7 @@ from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from operator import methodcaller
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 from crcolony.colony import messages
 from crcolony.colony.identity import Identity, RobotId, seeded
@@ -220,9 +220,10 @@ class Report:
         return "\n".join([f"after {len(lines)} steps, {self.violation}", *lines])
 
 
-def explore(bounds: Bounds, caller: Caller | None = None, ignoring: Iterable[Kind] = ()) -> Report:
-    """Visit every state within bounds, or stop at the first violation of a kind that is not ignored."""
-    return Explorer(bounds, caller or Caller(), frozenset(ignoring)).run()
+def explore(bounds: Bounds, caller: Caller | None = None, only: Kind | None = None) -> Report:
+    """Visit every state within bounds, or stop at the first violation (of this kind, if one is named)."""
+    ignored = frozenset(get_args(Kind)) - {only, "error"} if only else frozenset()
+    return Explorer(bounds, caller or Caller(), ignored).run()
 
 
 class Explorer:
@@ -511,7 +512,8 @@ class Explorer:
     def _lost_decision(self, disk: Disk) -> Violation | None:
         for record in disk.records:
             is_mating = record.state in ("decided", "mated")
-            if is_mating and record.encounter not in disk.decisions:
+            is_lost = is_mating and record.encounter not in disk.decisions
+            if is_lost and "no decision" not in self._ignored:
                 return Violation("no decision", f"{_label(record.encounter)} is {record.state}")
         return None
 
@@ -652,7 +654,7 @@ def _disagreement(initiator: Node, responder: Node) -> Violation | None:
             text = f"{_label(encounter)} is '{states[0]}' at its initiator, '{states[1]}' at its responder"
             return Violation("one-sided", text)
         if one and other and (one.own != other.partner or one.partner != other.own):
-            return Violation("wrong genes", f"{_label(encounter)}: {one} but {other}")
+            return Violation("wrong genes", f"{_label(encounter)}: the disks differ")
     return None
 
 

@@ -2,7 +2,7 @@
 
 import contextlib
 import resource
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ import numpy as np
 from crcolony.colony.history import Died, Event, TurnedOver
 from crcolony.colony.mating import Offer, Record, State
 from crcolony.colony.messages import Encounter
-from crcolony.colony.store import Decision, Memory, Store, read_memory
+from crcolony.colony.store import Decision, Store, read_memory
 
 ME, PEER, OTHER = b"m" * 16, b"p" * 16, b"o" * 16
 SCHEMA = b"s" * 16
@@ -90,11 +90,6 @@ def see(store: Store) -> Seen:
         memory.tick,
         b"" if loaded is None else loaded[0]["arrays"]["weights"].tobytes(),
     )
-
-
-def conceived(memory: Memory) -> Sequence[int]:
-    """Return the numbers of the encounters that led to offspring."""
-    return [record.nonce for record, made in memory.matings if made and made.conceived]
 
 
 @contextlib.contextmanager

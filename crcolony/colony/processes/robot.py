@@ -142,6 +142,7 @@ class RobotProcess:
             self._tick = -1
         self._place, self._observed_s = place, now_s
         self._node.arena = self._arena
+        self._node.keep_pace(place.lockstep)
         self._node.robot.embody(habits_of(self._config.learning, self._config.life, body))
 
     def _lose_body(self, why: str) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from crcolony.colony.arena_node import ArenaNode
 from crcolony.colony.identity import AllowList, Identity, create_key, load_key
 from crcolony.colony.network import Network, open_session
-from crcolony.colony.node import LOCKSTEP_LIMITS, RobotNode
+from crcolony.colony.node import RobotNode
 from crcolony.colony.processes.arena import ArenaProcess, restore_arena
 from crcolony.colony.processes.robot import RobotProcess, in_words
 from crcolony.colony.processes.stopping import Stop
@@ -78,7 +78,6 @@ def run_robot(options: RobotOptions) -> None:
             life,
             transport,
             allow,
-            LOCKSTEP_LIMITS if options.is_repeatable else None,
             hear=_say_events(identity),
         )
         say(f"robot {identity.id.hex()} of colony {options.colony}")

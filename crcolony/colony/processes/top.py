@@ -143,7 +143,7 @@ def plain_line(watch: Watch) -> str:
     energy = sum(state.energy for state in states) / len(states)
     return (
         f"{headline(watch)}   generation {min(state.generation for state in states)},"
-        f" matings {sum(state.matings for state in states)},"
+        f" matings {sum(state.matings for state in states) / 2:g},"
         f" offspring {sum(state.conceptions for state in states)}, energy {energy:.2f}"
     )
 

@@ -1,0 +1,73 @@
+"""Makes the golden vectors: one file for every kind of message, the same bytes on every run.
+
+python -m tests.vectors.make     writes them beside this file; only a new protocol version may change one
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from crcolony.colony import messages
+from crcolony.colony.identity import seeded
+from crcolony.world.body import ACTION_WIDTH, OBSERVATION_WIDTH
+
+FOLDER = Path(__file__).parent
+COLONY = "vectors"
+
+INITIATOR, RESPONDER = sorted((seeded(COLONY, 1, k) for k in range(2)), key=lambda key: key.id)
+ENCOUNTER = messages.Encounter(INITIATOR.id, RESPONDER.id, life=3, count=300)
+NONCE = 0x1234_5678_9ABC
+SCHEMA = bytes(range(16))
+INITIATORS_GENES = np.array([0.0, 1.5, -2.25, 1.0 / 3.0, 5e-324])
+RESPONDERS_GENES = np.array([-0.0, 0.999, 1e300, -1e-9, 2.0])
+
+LETTERS: dict[str, messages.Mating] = {
+    "propose": messages.Propose(
+        ENCOUNTER, NONCE, SCHEMA, "agent-17", messages.pack_genes(INITIATORS_GENES)
+    ),
+    "accept": messages.Accept(
+        ENCOUNTER, NONCE, SCHEMA, "Ähnlich 3", messages.pack_genes(RESPONDERS_GENES)
+    ),
+    "refuse": messages.Refuse(ENCOUNTER, "busy"),
+    "commit": messages.Commit(ENCOUNTER),
+    "abort": messages.Abort(ENCOUNTER),
+    "done": messages.Done(ENCOUNTER),
+}
+"""What is in each sealed letter."""
+
+BODIES: dict[str, messages.Message] = {
+    "join": messages.Join(INITIATOR.id, COLONY, -1),
+    "embodied": messages.Embodied(
+        place=2, world=2**61, tick=70_000, period_s=0.2, lockstep=False, body='{"camera_m":1.5}'
+    ),
+    "refused": messages.Refused("every place is taken"),
+    "leave": messages.Leave(INITIATOR.id),
+    "observation": messages.Observation(
+        world=2**61,
+        tick=70_000,
+        row=messages.pack_row(np.arange(OBSERVATION_WIDTH) / 8.0 - 2.0),
+        contact=messages.Contact(RESPONDER.id, NONCE),
+    ),
+    "observation_alone": messages.Observation(
+        world=0, tick=0, row=messages.pack_row(np.zeros(OBSERVATION_WIDTH)), contact=None
+    ),
+    "action": messages.Action(70_000, messages.pack_row(np.arange(ACTION_WIDTH) / 32.0)),
+}
+"""What robots and bodies say to each other; no letter is around it."""
+
+
+def make() -> dict[str, bytes]:
+    """Return the bytes of every vector by the name of its file."""
+    vectors = {}
+    for name, letter in LETTERS.items():
+        is_initiators = isinstance(letter, messages.BY_INITIATOR)
+        sender = INITIATOR if is_initiators else RESPONDER
+        vectors[f"{name}.msgpack"] = messages.seal(letter, COLONY, sender)
+    for name, message in BODIES.items():
+        vectors[f"{name}.msgpack"] = messages.encode(message)
+    return vectors
+
+
+if __name__ == "__main__":
+    for name, data in make().items():
+        (FOLDER / name).write_bytes(data)

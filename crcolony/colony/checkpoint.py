@@ -1,6 +1,7 @@
 """A checkpoint: the whole of a saved colony in one file, its arrays by path and the rest as MessagePack."""
 
 from collections.abc import Mapping
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -25,10 +26,11 @@ def write_checkpoint(file: BinaryIO, colony: Mapping[str, Any]) -> None:
     np.savez(file, **arrays)  # type: ignore[arg-type]
 
 
-def read_checkpoint(path: Path) -> dict[str, Any]:
+def read_checkpoint(source: Path | BinaryIO) -> dict[str, Any]:
     """Read what `write_checkpoint` wrote; raises FileNotFoundError, or CheckpointError for anything damaged."""
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+        opened = source.open("rb") if isinstance(source, Path) else nullcontext(source)
+        with opened as file, np.load(file, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
         saved: dict[str, Any] = _put_arrays(
             msgspec.msgpack.decode(arrays.pop(_REST).tobytes()), arrays

@@ -47,6 +47,8 @@ class Memory:
     taken: int | None
     """When that was, in Unix time"""
     generation: int | None
+    colony: str | None
+    """Its letters are signed for that one"""
     pool: list[Offspring]
 
 
@@ -74,7 +76,7 @@ def _memory(database: sqlite3.Connection, checked: Checked, path: Path) -> Memor
     matings = [(record_of(row), decision_of(row)) for row in rows]
     robot = bytes.fromhex(head.robot)
     if not base:
-        return Memory(robot, head.life, head.schema, matings, [], None, None, None, [])
+        return Memory(robot, head.life, head.schema, matings, [], None, None, None, None, [])
     try:
         saved, snapshot = snapshot_of(database, base)
         query = "SELECT body FROM events WHERE seq <= ? ORDER BY seq"
@@ -91,6 +93,7 @@ def _memory(database: sqlite3.Connection, checked: Checked, path: Path) -> Memor
         snapshot["tick"],
         snapshot["taken"],
         saved.get("generation"),
+        saved.get("colony"),
         _pool_of(saved),
     )
 

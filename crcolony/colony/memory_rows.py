@@ -7,10 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import msgspec
-import numpy as np
-
-from crcolony.colony.checkpoint import _REST, CheckpointError, _put_arrays
+from crcolony.colony.checkpoint import CheckpointError, read_checkpoint
 from crcolony.colony.mating import Offer, Record
 from crcolony.colony.memory_schema import find
 from crcolony.colony.messages import Encounter
@@ -40,14 +37,7 @@ def snapshot_of(database: sqlite3.Connection, serial: int) -> tuple[dict[str, An
     row = find(database, "SELECT * FROM snapshots WHERE serial = ?", serial)
     if row is None:
         raise CheckpointError("it is missing")
-    try:
-        with np.load(io.BytesIO(row["robot"]), allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
-        rest = msgspec.msgpack.decode(arrays.pop(_REST).tobytes())
-        saved: dict[str, Any] = _put_arrays(rest, arrays)
-    except Exception as error:  # as in read_checkpoint
-        raise CheckpointError(str(error)) from None
-    return saved, row
+    return read_checkpoint(io.BytesIO(row["robot"])), row
 
 
 def record_of(row: Mapping[str, Any]) -> Record:

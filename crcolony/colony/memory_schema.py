@@ -17,6 +17,8 @@ from typing import Any
 
 import msgspec
 
+from crcolony.errors import Refusal
+
 APPLICATION_ID = 0x43524D59  # "CRMY", what `file` shows of a crcolony memory
 
 MIGRATIONS = (
@@ -81,7 +83,7 @@ _DIGEST_BYTES = 16
 _encode = msgspec.msgpack.Encoder().encode
 
 
-class StoreError(Exception):
+class StoreError(Refusal):
     """A memory cannot be used: the message names the file and the reason."""
 
 

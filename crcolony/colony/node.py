@@ -53,6 +53,7 @@ class RobotNode:
         hear: Callable[[telemetry.Event], None] = lambda event: None,
     ) -> None:
         self.id: RobotId = identity.id
+        self.colony = colony
         self.number = number
         self.life = life
         self.robot = robot
@@ -120,7 +121,7 @@ class RobotNode:
 
     def _restore(self, saved: dict[str, Any]) -> None:
         try:
-            self.robot.restore(saved["robot"])
+            self.robot.restore(saved)
             self.matings, self.conceptions = saved["matings"], saved["conceptions"]
         except (IndexError, KeyError, TypeError, ValueError) as error:
             raise StoreError(f"{self._memory.path}: does not fit this config: {error}") from None
@@ -253,7 +254,8 @@ class RobotNode:
     def save(self) -> bool:
         """Put the whole robot on the disk; return False, and go on, if there is no room for it now."""
         saved = {
-            "robot": self.robot.save(),
+            **self.robot.save(),
+            "colony": self.colony,
             "matings": self.matings,
             "conceptions": self.conceptions,
         }

@@ -47,6 +47,7 @@ from crcolony.colony.memory_schema import (
     refuse_emptied,
     select,
 )
+from crcolony.errors import Broken
 
 __all__ = [
     "Decision",
@@ -65,7 +66,7 @@ class StoreFull(Exception):  # noqa: N818 (the disk is, and the robot goes on)
     """A transaction was rolled back, certainly, for want of room or because somebody locks the file: go on without."""
 
 
-class StoreBroken(Exception):  # noqa: N818
+class StoreBroken(Broken):
     """Nobody knows whether a transaction is on the disk: the process must stop and begin again from there."""
 
 
@@ -333,8 +334,14 @@ def _lock(path: Path) -> int:
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
+        holder = os.pread(lock, 20, 0).decode("ascii", "replace").strip()
         os.close(lock)
         is_taken = isinstance(error, BlockingIOError)
-        reason = "in use by another process" if is_taken else f"cannot be locked: {error.strerror}"
+        reason = f"cannot be locked: {error.strerror}"
+        if is_taken:
+            reason = f"in use by another process{f' ({holder})' if holder else ''}"
         raise StoreError(f"{path}: {reason}") from None
+    with contextlib.suppress(OSError):  # who it is helps a person; on a full disk it stays unsaid
+        os.ftruncate(lock, 0)
+        os.pwrite(lock, f"pid {os.getpid()}\n".encode(), 0)
     return lock

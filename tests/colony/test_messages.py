@@ -5,7 +5,7 @@ import random
 from collections.abc import Callable
 from typing import Any
 
-import msgpack
+import msgpack  # type: ignore[import-untyped]
 import msgspec
 import numpy as np
 import pytest
@@ -73,7 +73,6 @@ class TestVectors:
     def test_there_is_one_for_every_kind_of_message(self) -> None:
         """No message is without an example."""
         kinds = {type(message) for message in (*LETTERS.values(), *BODIES.values())}
-        assert kinds == set(messages.Message.__subclasses__()) & kinds
         wire = [k for k in messages.Message.__subclasses__() if k.__module__ == messages.__name__]
         assert kinds == set(wire)
 
@@ -437,7 +436,7 @@ class TestLetters:
         assert not messages.is_genuine(opened, COLONY)
 
     def test_what_is_signed_is_what_the_protocol_says(self) -> None:
-        """ "crcolony mating 1 <colony>", a line end, then the content byte for byte."""
+        """The words crcolony, mating, version and colony, a line end, then the content byte for byte."""
         content = messages.encode(LETTERS["commit"])
         signature = INITIATOR.sign(b"crcolony mating 1 vectors\n" + content)
         assert signature == messages.open_letter(VECTORS["commit"])[0].signature

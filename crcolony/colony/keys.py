@@ -63,6 +63,11 @@ class ArenaKeys:
         return f"{self._root}/body/{robot.hex()}/action"
 
 
+def observer(session: str) -> str:
+    """The liveliness token of somebody who only watches."""
+    return f"{ROOT}/observer/{session}"
+
+
 ALL_ROBOTS_ALIVE = f"{ROOT}/colony/*/alive/*/*/*"
 ALL_ARENAS_ALIVE = f"{ROOT}/arena/*/alive/*/*"
 

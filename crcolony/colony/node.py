@@ -30,6 +30,9 @@ from crcolony.robot.state import DIED, MET, SLICE_OVER, Robots
 LOCKSTEP_LIMITS = Limits(contact_s=20.0, patience_s=5.0, propose_s=20.0, doubt_s=5.0)
 """In lockstep the arena waits, so that a slow machine must not end a mating: only a robot that is gone does."""
 
+_TWIN_PATIENCE_S = 7.0
+"""The token of a process that died goes with its lease; one that stays longer than two leases belongs to a live one."""
+
 
 class RobotNode:
     """One robot of a colony. `batch` holds its row, `robot` is its mind.
@@ -66,6 +69,9 @@ class RobotNode:
         self.period_ms = 0.0
         self.peers: dict[RobotId, dict[tuple[int, str], None]] = {}
         """The lives and sessions of every other robot on the network"""
+        self.session = ""
+        """Of the transport, as its own token has it"""
+        self._twins: dict[tuple[int, str], float] = {}
         self._batch, self._memory, self._transport = batch, memory, transport
         self._ring = Ring(self.id, life)
         self._limits = limits or Limits()
@@ -183,14 +189,25 @@ class RobotNode:
     def robot_seen(self, now_s: float, peer: RobotId, life: int, session: str) -> None:
         """Hear that a robot is on the network."""
         if peer == self.id:
+            if (life, session) < (self.life, self.session):
+                self._twins[life, session] = now_s
             return
         is_back = peer not in self.peers
         self.peers.setdefault(peer, {})[life, session] = None
         if is_back:
             self._exchanges.partner_is_back(now_s, peer)
 
+    def twin(self, now_s: float) -> str | None:
+        """Return the session of an older process that has this robot's key and does not go away, if there is one."""
+        for (_, session), seen_s in self._twins.items():
+            if now_s - seen_s > _TWIN_PATIENCE_S:
+                return session
+        return None
+
     def robot_gone(self, now_s: float, peer: RobotId, life: int, session: str) -> None:
         """Hear that a robot, in one life, is on the network no more."""
+        if peer == self.id:
+            self._twins.pop((life, session), None)
         lives = self.peers.get(peer, {})
         lives.pop((life, session), None)
         if peer in self.peers and not lives:

@@ -16,6 +16,7 @@ from zenoh.handlers import Callback
 from crcolony.colony import keys
 from crcolony.colony.identity import RobotId
 from crcolony.colony.keys import ArenaKeys, ColonyKeys
+from crcolony.colony.token_check import TokenCheck
 from crcolony.colony.transport import (
     Acted,
     ArenaGone,
@@ -75,12 +76,17 @@ class RobotTransport:
     """The robots of this process on Zenoh, all of one colony, with their bodies in one arena."""
 
     def __init__(self, session: zenoh.Session, colony: str, arena: str, deliver: Deliver) -> None:
-        self.name = str(session.zid())
-        self._session = session
         self._colony, self._arena = ColonyKeys(colony), ArenaKeys(arena)
         self._deliver = deliver
         self._publishers: dict[str, zenoh.Publisher] = {}
+        self._lives: dict[RobotId, int] = {}
         self._declared: dict[RobotId, list[Any]] = {}
+        self._begin(session)
+
+    def _begin(self, session: zenoh.Session) -> None:
+        self.name = str(session.zid())
+        self._session = session
+        self._check = TokenCheck(session)
         self._watches = [
             session.liveliness().declare_subscriber(
                 self._colony.all_alive, _listen(self._on_robot), history=True
@@ -90,9 +96,27 @@ class RobotTransport:
             ),
         ]
 
+    def move_to(self, session: zenoh.Session) -> None:
+        """Leave the session for another, with all robots."""
+        self.close()
+        self._publishers.clear()
+        self._declared.clear()
+        self._begin(session)
+        for robot, life in self._lives.items():
+            self.host(robot, life)
+
+    def close(self) -> None:
+        """Leave the network."""
+        self._session.close()  # type: ignore[no-untyped-call]
+
+    def peers_without_token(self, now_s: float) -> list[str]:
+        """Return peers that have been connected for long, and whose robots cannot be seen."""
+        return self._check.look(now_s)
+
     def host(self, robot: RobotId, life: int) -> None:
         """Let a robot be reached, and then be seen."""
         deliver = self._deliver
+        self._lives[robot] = life
 
         def on_past(query: zenoh.Query) -> None:
             deliver(Asked("past", robot, _payload(query), _answer_to(query)))
@@ -112,19 +136,9 @@ class RobotTransport:
 
     def unhost(self, robot: RobotId) -> None:
         """Let a robot be gone."""
+        self._lives.pop(robot, None)
         for entity in reversed(self._declared.pop(robot, [])):
             entity.undeclare()
-
-    def holders(self, robot: RobotId, wait_s: float) -> list[tuple[int, str]]:
-        """Return life and session of every process that is this robot on the network now."""
-        found = []
-        replies = self._session.liveliness().get(self._colony.alive_anywhere(robot), timeout=wait_s)
-        for reply in replies:
-            if reply.ok is not None:
-                *_, life, session = keys.chunks(str(reply.ok.key_expr))
-                if life.isdigit():
-                    found.append((int(life), session))
-        return found
 
     def send(self, to: RobotId, letter: bytes) -> None:
         """Post a letter."""

@@ -259,7 +259,8 @@ def add_launch(parser: argparse.ArgumentParser) -> None:
 
 
 def _launch(options: argparse.Namespace) -> int:
-    from crcolony.colony.processes.launch import Launch, run_launch
+    from crcolony.colony.processes.children import Launch
+    from crcolony.colony.processes.launch import run_launch
     from crcolony.config import load
 
     check_names(options)

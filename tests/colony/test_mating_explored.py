@@ -15,18 +15,8 @@ from crcolony.colony import messages
 from crcolony.colony.identity import RobotId
 from crcolony.colony.mating import Effect, Mating, Offer, Record, Send, Write, _Open
 from crcolony.colony.messages import Abort, Accept, Commit, Done, Encounter, Propose, Refuse
-from tests.colony.explorer import (
-    LIMITS,
-    NOW_S,
-    SCHEMA,
-    Bounds,
-    Caller,
-    Decide,
-    Disk,
-    Kind,
-    Report,
-    explore,
-)
+from tests.colony.explored_robot import LIMITS, NOW_S, SCHEMA, Bounds, Caller, Decide, Disk, Kind
+from tests.colony.explorer import Report, explore
 
 PAIR = (0, 1)
 ONCE = Bounds((PAIR,), crashes=1)

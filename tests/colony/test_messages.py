@@ -2,7 +2,9 @@
 
 import math
 import random
+import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import msgpack  # type: ignore[import-untyped]
@@ -14,9 +16,10 @@ from hypothesis import strategies as st
 
 from crcolony.colony import messages
 from crcolony.colony.identity import seeded
+from crcolony.colony.mating import Limits
 from crcolony.colony.messages import WireError
 from crcolony.evolution.genotype import Gene, Schema
-from crcolony.world.body import ACTION_WIDTH, OBSERVATION_WIDTH
+from crcolony.world.body import ACTION, ACTION_WIDTH, OBSERVATION, OBSERVATION_WIDTH
 from tests.vectors.make import (
     BODIES,
     COLONY,
@@ -116,6 +119,46 @@ class TestVectors:
             assert key.id.hex() in text
             assert key.public_key.hex() in text
         assert VECTORS["commit"].hex() in compact
+
+
+class TestDescription:
+    """PROTOCOL.md, from which a stranger writes a robot."""
+
+    TEXT = (Path(__file__).parents[2] / "PROTOCOL.md").read_text()
+
+    def test_it_names_every_message_and_field(self) -> None:
+        """And every column of an observation and an action, with its place."""
+        for message in (
+            *LETTERS.values(),
+            *BODIES.values(),
+            ENCOUNTER,
+            messages.Letter(b"", b"", b""),
+        ):
+            for name in message.__struct_fields__:
+                assert f"`{name}`" in self.TEXT, f"{type(message).__name__}.{name}"
+            if isinstance(message, messages.Message):
+                assert f"`{type(message).__name__.lower()}`" in self.TEXT
+        for table in (OBSERVATION, ACTION):
+            for column, quantity in enumerate(table):
+                assert f"| {column} | `{quantity.name}` |" in self.TEXT, quantity.name
+
+    def test_it_names_every_deadline_and_its_default(self) -> None:
+        """In seconds, or a plain number."""
+        for name, value in msgspec.structs.asdict(Limits()).items():
+            unit = " s" if name.endswith("_s") else ""
+            assert f"| `{name}` | {value:,g}{unit} |" in self.TEXT, name
+
+    def test_its_example_of_a_schema_is_right(self) -> None:
+        """So that a stranger can check a digest."""
+        assert f"`{TestGenes.SCHEMA.digest}`" in self.TEXT
+        for gene in TestGenes.SCHEMA.genes:
+            assert f"`{gene.name} {gene.low!r} {gene.high!r}`" in self.TEXT
+
+    def test_every_test_it_names_exists(self) -> None:
+        """A promise without its test would be an empty one."""
+        sources = "".join(path.read_text() for path in Path(__file__).parent.glob("test_*.py"))
+        for name in re.findall(r"\b(test_[a-z_]+|Test[A-Z]\w+)\b(?!\.py)", self.TEXT):
+            assert f"def {name}(" in sources or f"class {name}:" in sources, name
 
 
 # Malformed inputs ------------------------------------------------------------------------------------------------

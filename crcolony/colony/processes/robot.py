@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable
 
 import msgspec
+import zenoh
 
 from crcolony.colony import telemetry
 from crcolony.colony.messages import (
@@ -34,6 +35,7 @@ from crcolony.colony.transport import (
 )
 from crcolony.colony.zenoh_transport import Inbox, RobotTransport
 from crcolony.config import Config
+from crcolony.errors import Refusal
 from crcolony.robot.batch import habits_of
 from crcolony.world.settings import CyberRodent
 
@@ -42,6 +44,11 @@ _JOIN_RETRY_S = 1.0
 _SILENCE_S = 3.0
 """Without an observation for so long a robot asks for its body again."""
 _LONGEST_WAIT_S = 0.5
+_REOPEN_S = 60.0
+
+
+class TwinError(Refusal):
+    """Another process has this robot's key, and was there first."""
 
 
 class RobotProcess:
@@ -57,12 +64,14 @@ class RobotProcess:
         arena: str,
         wanted_place: int,
         snapshot_s: float,
+        reopen: Callable[[], zenoh.Session],
         say: Callable[[str], None],
     ) -> None:
         self._node, self._transport, self._inbox = node, transport, inbox
         self._config, self._colony, self._arena = config, colony, arena
         self._wanted_place = wanted_place
-        self._say = say
+        self._reopen, self._say = reopen, say
+        self._reopen_due_s = 0.0
         self._place: Embodied | None = None
         self._answer: bytes | None = None
         """The action for the last observation; None while a mating holds it back"""
@@ -74,6 +83,7 @@ class RobotProcess:
 
     def run(self, is_stopped: Callable[[], bool]) -> None:
         """Live until told to stop or until the last generation of the config; everything is saved then."""
+        self._node.session = self._transport.name
         self._node.begin(time.monotonic())
         self._transport.host(self._node.id, self._node.life)
         try:
@@ -202,6 +212,18 @@ class RobotProcess:
             self._transport.tell(node.id, "state", encode(node.state(self._inbox.dropped)))
         if now_s >= self._join_s and now_s >= self._observed_s + _SILENCE_S:
             self._seek(now_s)
+        twin = node.twin(now_s)
+        if twin is not None:
+            raise TwinError(
+                f"robot {node.id.hex()} lives already in another process (session {twin});"
+                " every robot needs a key of its own"
+            )
+        strangers = self._transport.peers_without_token(now_s)
+        if strangers and now_s >= self._reopen_due_s:
+            self._reopen_due_s = now_s + _REOPEN_S
+            self._say_fault(f"peer {strangers[0]} has no token: coming onto the network anew")
+            self._transport.move_to(self._reopen())
+            node.session = self._transport.name
         if now_s >= self._snapshot_due_s:
             self._snapshot_due_s = now_s + self._snapshot_s
             node.save()

@@ -66,8 +66,9 @@ def run_robot(options: RobotOptions) -> None:
         memory = Store(options.folder / MEMORY, identity.id, schema)
         opened.callback(memory.close)
         life = memory.begin_life(int(time.time()))
-        session = opened.enter_context(open_session(options.network))
+        session = open_session(options.network)
         transport = RobotTransport(session, options.colony, options.arena, inbox.deliver)
+        opened.callback(transport.close)
         node = RobotNode(
             identity,
             options.colony,
@@ -90,6 +91,7 @@ def run_robot(options: RobotOptions) -> None:
             options.arena,
             options.number,
             options.snapshot_s,
+            lambda: open_session(options.network),
             say,
         )
         process.run(stop)

@@ -31,6 +31,7 @@ class Watcher:
         of = ColonyKeys(colony)
         live = session.liveliness()
         self._entities: list[Any] = [
+            live.declare_token(keys.observer(str(session.zid()))),
             session.declare_subscriber(of.all_states, self._listen(self._on_state)),
             session.declare_subscriber(of.all_events, self._listen(self._on_event)),
             session.declare_subscriber(f"{keys.ROOT}/arena/*/scene", self._listen(self._on_scene)),

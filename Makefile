@@ -1,4 +1,4 @@
-# make run: a colony evolves here. make test: every check. Both set everything up by themselves.
+# make run: a colony of robot processes lives here. make test: every check. Both set everything up by themselves.
 
 PYTHON ?= python3
 VENV := .venv
@@ -10,13 +10,13 @@ MINUTES ?=
 .PHONY: help run test check bench clean
 
 help:
-	@echo "make run           a colony evolves on this machine, until Ctrl-C (MINUTES=2: for so long)"
+	@echo "make run           an arena and four robots, each its own process, until Ctrl-C (MINUTES=2: for so long)"
 	@echo "make test          formatting, types, layers, all tests, coverage"
 	@echo "make bench         figures: how fast it is"
 	@echo "make clean         remove the virtual environment and caches"
 
 run: $(VENV)/run.stamp
-	@$(BIN)/crcolony evolve --generations 0 $(if $(OUT),--out $(OUT)) $(if $(MINUTES),--minutes $(MINUTES))
+	@$(BIN)/crcolony launch -n 4 --generations 0 $(if $(OUT),--out $(OUT)) $(if $(MINUTES),--minutes $(MINUTES))
 
 test: $(VENV)/dev.stamp
 	@$(BIN)/ruff format --check --quiet . && $(BIN)/ruff check --quiet . && echo "ruff: clean"

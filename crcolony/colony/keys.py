@@ -12,6 +12,8 @@ class ColonyKeys:
     def __init__(self, colony: str) -> None:
         self._root = f"{ROOT}/colony/{colony}"
         self.all_alive = f"{self._root}/alive/*/*/*"
+        self.all_versions = f"crcolony/*/colony/{colony}/alive/*/*/*"
+        """Tokens of every version of the protocol"""
         self.all_states = f"{self._root}/state/*"
         self.all_events = f"{self._root}/event/*"
 
@@ -70,6 +72,13 @@ def observer(session: str) -> str:
 
 ALL_ROBOTS_ALIVE = f"{ROOT}/colony/*/alive/*/*/*"
 ALL_ARENAS_ALIVE = f"{ROOT}/arena/*/alive/*/*"
+
+
+def version_of(key: str) -> int | None:
+    """Return the version of the protocol that a key belongs to, or None if it is none of ours."""
+    root, _, rest = key.partition("/")
+    version = rest.partition("/")[0]
+    return int(version) if root == "crcolony" and version.isdigit() else None
 
 
 def chunks(key: str) -> list[str]:

@@ -197,6 +197,11 @@ class RobotNode:
         if is_back:
             self._exchanges.partner_is_back(now_s, peer)
 
+    @property
+    def has_twin(self) -> bool:
+        """Whether a process that was there before has this robot's key; that of a dead one goes with its lease."""
+        return bool(self._twins)
+
     def twin(self, now_s: float) -> str | None:
         """Return the session of an older process that has this robot's key and does not go away, if there is one."""
         for (_, session), seen_s in self._twins.items():

@@ -121,5 +121,5 @@ class Forger:
             genes = self._schema.random(np.random.default_rng(self._rng.getrandbits(32)))
             return msgspec.structs.replace(message, genes=pack_genes(genes))
         if isinstance(message, BY_INITIATOR):
-            return self._rng.choice([Commit(encounter), Abort(encounter)])
-        return self._rng.choice([Done(encounter), Refuse(encounter, "busy")])
+            return Commit(encounter) if self._rng.random() < 0.5 else Abort(encounter)
+        return Done(encounter) if self._rng.random() < 0.5 else Refuse(encounter, "busy")

@@ -56,7 +56,9 @@ from crcolony.world.settings import CyberRodent
 
 COLONY = "simulated"
 _BEGINNING_UNIX_S = 1_800_000_000.0
-_SNAPSHOT_S, _STATE_S, _SILENCE_S, _JOIN_RETRY_S = 6.0, 2.0, 3.0, 1.0
+_SNAPSHOT_S, _STATE_S, _SILENCE_S, _JOIN_RETRY_S = 8.0, 2.5, 3.0, 1.0
+_FAILING = 0.7
+"""Share of transactions for which a disk has no room while it is nearly full"""
 _INBOX = 64
 """What a process that is stopped finds when it goes on; the network lets the rest go."""
 
@@ -84,7 +86,7 @@ class SimulatedStore(Store):
 
     @contextlib.contextmanager
     def _transaction(self) -> Iterator[Head]:
-        if not self._robot.has_room:
+        if not self._robot.has_room and self._robot.around.rng.random() < _FAILING:
             raise StoreFull(f"{self.path}: no room")
         with super()._transaction() as head:
             yield head
@@ -233,10 +235,14 @@ class SimulatedRobot:
         if self.node is not None:
             self._guard(self._keep_time)
 
+    def find_room(self) -> None:
+        """The disk is full no more."""
+        self.has_room = True
+
     def be_spared(self) -> None:
         """Nothing goes wrong any more."""
         self._hazard.lift()
-        self.has_room = True
+        self.find_room()
         self.resume()
         self.start()
 
@@ -345,7 +351,8 @@ class SimulatedRobot:
             node.let_time_pass(now_s)
         if now_s >= self._state_s:
             self._state_s = now_s + _STATE_S
-            self._transport.tell(self.id, "state", encode(node.state(0)))
+            if node.arena:
+                self._transport.tell(self.id, "state", encode(node.state(0)))
             self.around.witness.inspect(node)
         if now_s >= self._join_s and now_s >= self._observed_s + _SILENCE_S:
             self._seek(now_s)

@@ -1,6 +1,6 @@
-"""Who watches a simulated colony and complains: the invariants of the whole, checked apart from the code they are about.
+"""Who watches a simulated colony and complains: invariants of the whole, checked apart from the code they are about.
 
-The witness sees what no robot sees, as it happens: every letter, every COMMIT, every contact that a robot was told of.
+The witness sees what no robot sees, as it happens: every letter, every COMMIT, every contact a robot was told of.
 """
 
 import hashlib
@@ -20,6 +20,7 @@ from crcolony.colony.messages import (
     Done,
     Encounter,
     Propose,
+    Refuse,
     open_letter,
     sender_of,
 )
@@ -30,9 +31,9 @@ from crcolony.colony.telemetry import Ended, decode_state, decode_told
 _MOST_EARLY, _MOST_VIOLATIONS = 32, 20
 _SAYABLE = {
     Accept: ("prepared",),
-    Commit: ("decided", "mated"),
-    Done: ("mated", "aborted", None),
-    Abort: ("aborted", None),
+    Commit: ("decided",),
+    Done: ("mated",),
+    Abort: (None, "mated"),  # to a late letter of an encounter that is over, too
 }
 """What must be on the disk of whoever says this; None: nothing about that encounter."""
 
@@ -117,13 +118,14 @@ class Witness:
         _, message = open_letter(data)
         name = in_words(robot, message.encounter)
         self.demand(sender_of(message) == robot, f"{name}: speaks for another robot")
-        if isinstance(message, Propose):
+        if isinstance(message, Propose | Refuse):
             return
         record = self.records.get(robot, {}).get(message.encounter)
         state = record.state if record else None
-        states = _SAYABLE.get(type(message), (None,))
         kind = type(message).__name__
-        self.demand(state in states, f"{name}: says {kind}, but on its disk is {state}")
+        self.demand(
+            state in _SAYABLE[type(message)], f"{name}: says {kind}, but on its disk is {state}"
+        )
 
     def began(self, node: RobotNode) -> None:
         """A robot has come to life from its disk: every conception on it is in the pool, or was born."""
@@ -141,29 +143,22 @@ class Witness:
         self.demand(node.matings == len(decisions), f"{name}: counts {node.matings} matings")
         self.demand(node.conceptions == conceptions, f"{name}: counts {node.conceptions} offspring")
         people = robot.subpopulation
+        turned = sum(e.offspring for e in node._unsaved if isinstance(e, TurnedOver))
+        kept = self._turned[node.id] + turned + len(people.pool)
+        self.demand(kept == conceptions, f"{name}: {conceptions} conceptions, {kept} offspring")
         self.demand(len(set(people.ids)) == len(people.ids), f"{name}: an agent lives twice")
         genes = np.concatenate([people.genotypes, *[o.genes[None] for o in people.pool]])
         is_sound = bool(
             np.isfinite(genes).all()
-            and (genes >= people.schema.low).all()
-            and (genes <= people.schema.high).all()
+            and (genes >= people.schema.lows).all()
+            and (genes <= people.schema.highs).all()
         )
         self.demand(is_sound, f"{name}: a genome is out of bounds")
         energies = node._batch.energies[robot.row]
         is_sound = bool((energies >= 0.0).all() and (energies <= 1.0).all())
-        self.demand(is_sound, f"{name}: energies {energies}")
-        is_bounded = (
-            len(node.waiting) <= self._limits.open and len(exchanges._early) <= _MOST_EARLY
-        )
+        self.demand(is_sound, f"{name}: an energy is not within 0 to 1")
+        is_bounded = len(node.waiting) <= self._limits.open and len(exchanges._early) <= _MOST_EARLY
         self.demand(is_bounded, f"{name}: {len(node.waiting)} encounters wait")
-
-    def weigh(self, node: RobotNode) -> None:
-        """Right after a snapshot: every offspring that was ever conceived is in the pool, or was in one turned over."""
-        decisions = self.decisions.get(node.id, {}).values()
-        conceptions = sum(decision.conceived for decision in decisions)
-        kept = self._turned[node.id] + len(node.robot.subpopulation.pool)
-        text = f"{short(node.id)}: {conceptions} conceptions, but {kept} offspring"
-        self.demand(conceptions == kept, text)
 
     def ended(self, node: RobotNode) -> None:
         """A life is over."""

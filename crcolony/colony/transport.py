@@ -43,6 +43,14 @@ class RobotGone:
 
 
 @dataclass(frozen=True)
+class StrangerSeen:
+    """A robot of this colony speaks another version of the protocol (it may speak this one, too)."""
+
+    robot: RobotId
+    version: int
+
+
+@dataclass(frozen=True)
 class ArenaSeen:
     """The arena is on the network."""
 
@@ -90,7 +98,18 @@ class Asked:
     answer: Callable[[bytes], None]
 
 
-Arrival = Mail | RobotSeen | RobotGone | ArenaSeen | ArenaGone | Placed | Observed | Acted | Asked
+Arrival = (
+    Mail
+    | RobotSeen
+    | RobotGone
+    | StrangerSeen
+    | ArenaSeen
+    | ArenaGone
+    | Placed
+    | Observed
+    | Acted
+    | Asked
+)
 Deliver = Callable[[Arrival], None]
 
 

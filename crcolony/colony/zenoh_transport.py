@@ -16,6 +16,7 @@ from zenoh.handlers import Callback
 from crcolony.colony import keys
 from crcolony.colony.identity import RobotId
 from crcolony.colony.keys import ArenaKeys, ColonyKeys
+from crcolony.colony.messages import VERSION
 from crcolony.colony.token_check import TokenCheck
 from crcolony.colony.transport import (
     Acted,
@@ -29,6 +30,7 @@ from crcolony.colony.transport import (
     Placed,
     RobotGone,
     RobotSeen,
+    StrangerSeen,
 )
 
 _JOIN_TIMEOUT_S = 1.0
@@ -90,6 +92,9 @@ class RobotTransport:
         self._watches = [
             session.liveliness().declare_subscriber(
                 self._colony.all_alive, _listen(self._on_robot), history=True
+            ),
+            session.liveliness().declare_subscriber(
+                self._colony.all_versions, _listen(self._on_version), history=True
             ),
             session.liveliness().declare_subscriber(
                 self._arena.all_alive, _listen(self._on_arena), history=True
@@ -182,6 +187,13 @@ class RobotTransport:
             return
         kind = RobotSeen if sample.kind == zenoh.SampleKind.PUT else RobotGone
         self._deliver(kind(robot, int(life), session))
+
+    def _on_version(self, sample: zenoh.Sample) -> None:
+        key = str(sample.key_expr)
+        robot, version = keys.robot_in(key.split("/")[-3]), keys.version_of(key)
+        is_there = sample.kind == zenoh.SampleKind.PUT
+        if robot is not None and version not in (None, VERSION) and is_there:
+            self._deliver(StrangerSeen(robot, version or 0))
 
     def _on_arena(self, sample: zenoh.Sample) -> None:
         *_, world, _ = keys.chunks(str(sample.key_expr))

@@ -51,6 +51,7 @@ class Situations:
         self._moves: dict[tuple[int, int], list[Outcome]] = {}
 
     def start(self) -> tuple[int, ...]:
+        """Let every robot begin its first life with an empty disk; return their nodes."""
         nodes = []
         for robot in range(self._bounds.robots):
             disk, mating = self._caller.start(KEYS[robot].id, Disk())
@@ -64,7 +65,7 @@ class Situations:
             heard = (self.hear(node, k) for k in bits(letters))
             found = [*self.spontaneous(node), *chain.from_iterable(heard)]
             found = [o for o in found if o.node != node or o.said or o.violation]
-            found = list({o[:5]: o for o in reversed(found)}.values())
+            found = list({(o[:5], o.violation is None): o for o in found[::-1]}.values())
             self._moves[node, letters] = found
         return found
 

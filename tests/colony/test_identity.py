@@ -152,6 +152,12 @@ class TestKeyFiles:
         with pytest.raises(IdentityError, match=r"robot\.key: cannot be written"):
             create_key(tmp_path / "file" / "robot.key")
 
+    def test_a_key_that_cannot_be_written_is_named(self, tmp_path: Path) -> None:
+        """With the reason."""
+        (tmp_path / "file").touch()
+        with pytest.raises(IdentityError, match=r"robot\.key: cannot be written: Not a directory"):
+            create_key(tmp_path / "file" / "deeper" / "robot.key")
+
     def test_a_missing_key_is_named(self, tmp_path: Path) -> None:
         """With the reason."""
         with pytest.raises(IdentityError, match=r"robot\.key: cannot be read: No such file"):

@@ -4,10 +4,9 @@ Times are of CLOCK_MONOTONIC, which all processes of a machine share, whatever n
 """
 
 import argparse
-import json
+import contextlib
 import time
 from queue import SimpleQueue
-from typing import Any
 
 import msgspec
 import zenoh
@@ -15,7 +14,35 @@ from zenoh.handlers import Callback
 
 from crcolony.colony import keys, telemetry
 from crcolony.colony.keys import ColonyKeys
+from crcolony.colony.messages import WireError
 from crcolony.colony.network import Network, open_session
+
+
+class Token(msgspec.Struct, tag=True):
+    """A robot, in one life and session, or an arena (its `robot` is empty) has come or gone."""
+
+    at_s: float
+    robot: str
+    life: int
+    session: str
+    there: bool
+
+
+class Stated(msgspec.Struct, tag=True):
+    """A robot's telemetry."""
+
+    at_s: float
+    state: telemetry.State
+
+
+class Happened(msgspec.Struct, tag=True):
+    """An event of a robot."""
+
+    at_s: float
+    told: telemetry.Told
+
+
+Line = Token | Stated | Happened
 
 
 def main() -> None:
@@ -24,27 +51,25 @@ def main() -> None:
     parser.add_argument("--connect", action="append", default=[])
     parser.add_argument("--interface", default="")
     options = parser.parse_args()
-    heard: SimpleQueue[dict[str, Any]] = SimpleQueue()
+    heard: SimpleQueue[Line] = SimpleQueue()
 
     def on_token(sample: zenoh.Sample) -> None:
-        what, name, _, *rest = keys.chunks(str(sample.key_expr))
+        what, _, _, name, *life, session = keys.chunks(str(sample.key_expr))
+        robot = name if what == "colony" else ""
         there = sample.kind == zenoh.SampleKind.PUT
-        heard.put({"token": what, "of": name, "name": rest, "there": there, "at_s": _now_s()})
+        heard.put(Token(time.monotonic(), robot, int(life[0]) if robot else 0, session, there))
 
     def on_state(sample: zenoh.Sample) -> None:
-        state = telemetry.decode_state(sample.payload.to_bytes())
-        told = {name: getattr(state, name) for name in state.__struct_fields__}
-        heard.put({"state": told | {"robot": state.robot.hex()}, "at_s": _now_s()})
+        with contextlib.suppress(WireError):
+            heard.put(Stated(time.monotonic(), telemetry.decode_state(sample.payload.to_bytes())))
 
     def on_event(sample: zenoh.Sample) -> None:
-        told = telemetry.decode_told(sample.payload.to_bytes())
-        if isinstance(told.event, telemetry.Exchanged | telemetry.Ended):
-            event = msgspec.json.decode(msgspec.json.encode(told.event))
-            heard.put({"event": event, "robot": told.robot.hex(), "at_s": _now_s()})
+        heard.put(Happened(time.monotonic(), telemetry.decode_told(sample.payload.to_bytes())))
 
     network = Network(connect=tuple(options.connect), interface=options.interface)
+    of = ColonyKeys("*")
     with open_session(network) as session:
-        of, live = ColonyKeys("*"), session.liveliness()
+        live = session.liveliness()
         entities = [
             session.declare_subscriber(of.all_states, Callback(on_state, indirect=False)),
             session.declare_subscriber(of.all_events, Callback(on_event, indirect=False)),
@@ -54,11 +79,7 @@ def main() -> None:
             ),
         ]
         while entities:
-            print(json.dumps(heard.get()), flush=True)
-
-
-def _now_s() -> float:
-    return time.monotonic()
+            print(msgspec.json.encode(heard.get()).decode(), flush=True)
 
 
 if __name__ == "__main__":

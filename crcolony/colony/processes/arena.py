@@ -12,7 +12,7 @@ from crcolony.colony import telemetry
 from crcolony.colony.arena_node import ArenaNode
 from crcolony.colony.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
 from crcolony.colony.identity import RobotId
-from crcolony.colony.messages import Leave, WireError, decode_action, decode_join, encode
+from crcolony.colony.messages import Leave, Refused, WireError, decode_action, decode_join, encode
 from crcolony.colony.results import ResultsError, replace_file
 from crcolony.colony.transport import Acted, Arrival, Asked, RobotGone, RobotSeen
 from crcolony.colony.zenoh_transport import ArenaTransport, Inbox
@@ -22,6 +22,7 @@ _REPEAT_S = 0.5
 """In lockstep a robot that does not answer is told again after this."""
 _SAVE_PERIOD_S = 10.0
 _HOUSEKEEPING_S = 0.5
+_MOST_REFUSED = 1000
 
 
 class ArenaProcess:
@@ -47,6 +48,8 @@ class ArenaProcess:
         self._checkpoint = checkpoint
         self._say = say
         self._scenes = 0
+        self._refused: dict[RobotId, None] = {}
+        """Who was told, so that it is said once"""
         self._sessions: dict[RobotId, set[str]] = {}
         """Where every robot is on the network"""
         now_s = time.monotonic()
@@ -143,7 +146,11 @@ class ArenaProcess:
         answer(encode(reply))
         name = f"robot {request.robot.hex()[:8]} of colony {request.colony}"
         if request.robot not in node.robots:
-            self._say(f"{name}: refused")
+            if isinstance(reply, Refused) and request.robot not in self._refused:
+                self._refused[request.robot] = None
+                self._say(f"{name} gets no place: {reply.reason}")
+                if len(self._refused) > _MOST_REFUSED:
+                    self._refused.clear()
             return
         if is_new:
             self._say(f"{name} gets place {node.robots[request.robot]}")

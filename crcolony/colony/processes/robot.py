@@ -8,6 +8,7 @@ import zenoh
 
 from crcolony.colony import telemetry
 from crcolony.colony.messages import (
+    VERSION,
     Action,
     Embodied,
     Join,
@@ -32,6 +33,7 @@ from crcolony.colony.transport import (
     Placed,
     RobotGone,
     RobotSeen,
+    StrangerSeen,
 )
 from crcolony.colony.zenoh_transport import Inbox, RobotTransport
 from crcolony.config import Config
@@ -44,7 +46,7 @@ _JOIN_RETRY_S = 1.0
 _SILENCE_S = 3.0
 """Without an observation for so long a robot asks for its body again."""
 _LONGEST_WAIT_S = 0.5
-_REOPEN_S = 60.0
+_REOPEN_S, _COMPLAINT_S = 60.0, 30.0
 
 
 class TwinError(Refusal):
@@ -72,6 +74,7 @@ class RobotProcess:
         self._wanted_place = wanted_place
         self._reopen, self._say = reopen, say
         self._reopen_due_s = 0.0
+        self._complaint_s = time.monotonic() + _SILENCE_S
         self._place: Embodied | None = None
         self._answer: bytes | None = None
         """The action for the last observation; None while a mating holds it back"""
@@ -95,7 +98,8 @@ class RobotProcess:
                     self._take(time.monotonic(), arrival)
                 self._keep_time(time.monotonic())
         finally:
-            self._transport.join(self._node.id, encode(Leave(self._node.id)))
+            if not self._node.has_twin:
+                self._transport.join(self._node.id, encode(Leave(self._node.id)))
             self._transport.unhost(self._node.id)
         self._node.save()
 
@@ -115,6 +119,11 @@ class RobotProcess:
             case RobotGone(robot=robot, life=life, session=session):
                 node.robot_gone(now_s, robot, life, session)
                 self._answer_if_settled()
+            case StrangerSeen(robot=robot, version=version) if robot not in node.peers:
+                self._say_fault(
+                    f"robot {robot.hex()[:8]} speaks version {version} of the protocol,"
+                    f" this one speaks {VERSION}: they cannot mate"
+                )
             case Placed(answer=answer):
                 self._embody(now_s, answer)
             case ArenaSeen():
@@ -133,15 +142,23 @@ class RobotProcess:
     # The body --------------------------------------------------------------------------------------------------
 
     def _seek(self, now_s: float) -> None:
+        if self._node.has_twin:
+            return  # the body belongs to whoever was there first
         self._join_s = now_s + _JOIN_RETRY_S
         join = Join(self._node.id, self._colony, self._wanted_place)
         self._transport.join(self._node.id, encode(join))
+
+    def _say_if_lost(self, now_s: float, why: str) -> None:
+        """Tell a person, now and then, that there is no body to live in."""
+        if self._place is None and now_s >= self._complaint_s:
+            self._complaint_s = now_s + _COMPLAINT_S
+            self._say_fault(why)
 
     def _embody(self, now_s: float, answer: bytes) -> None:
         try:
             place = decode_place(answer)
             if not isinstance(place, Embodied):
-                self._say_fault(f"arena {self._arena}: no body: {place.reason}")
+                self._say_if_lost(now_s, f"no body: arena {self._arena} is {place.reason}")
                 return
             body = msgspec.json.decode(place.body, type=CyberRodent)
         except (WireError, msgspec.DecodeError) as error:
@@ -152,6 +169,8 @@ class RobotProcess:
             self._tick = -1
         self._place, self._observed_s = place, now_s
         self._node.arena = self._arena
+        if self._wanted_place < 0:
+            self._node.number = place.place
         self._node.keep_pace(place.lockstep)
         self._node.robot.embody(habits_of(self._config.learning, self._config.life, body))
 
@@ -212,6 +231,7 @@ class RobotProcess:
             self._transport.tell(node.id, "state", encode(node.state(self._inbox.dropped)))
         if now_s >= self._join_s and now_s >= self._observed_s + _SILENCE_S:
             self._seek(now_s)
+            self._say_if_lost(now_s, f"no body yet; looking for arena {self._arena}")
         twin = node.twin(now_s)
         if twin is not None:
             raise TwinError(

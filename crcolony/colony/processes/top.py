@@ -20,6 +20,8 @@ from crcolony.colony.watch import Watch, Watched
 
 _REFRESH_S = 0.25
 _PLAIN_LINES_S = 5.0
+_TABLE_WIDTH = 110
+"""Of a table that is not for a terminal"""
 
 
 class Watcher:
@@ -167,7 +169,9 @@ def run_status(network: Network, colony: str, seconds: float, as_json: bool) -> 
             if as_json:
                 print(json.dumps(as_dict(watcher.watch, time.monotonic()), indent=2))
             else:
-                Console().print(table_of(watcher.watch, time.monotonic()))
+                console = Console()
+                console.width = max(console.width, _TABLE_WIDTH)
+                console.print(table_of(watcher.watch, time.monotonic()))
 
 
 def as_dict(watch: Watch, now_s: float) -> dict[str, Any]:

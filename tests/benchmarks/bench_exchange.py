@@ -1,0 +1,122 @@
+"""How many signed genotype exchanges a second two processes make over Zenoh, with nothing written to disk.
+
+Run with `make bench`, or `python -m tests.benchmarks.bench_exchange`. An exchange is a Propose that is signed, sent,
+opened, verified and checked, and an Accept that comes back likewise. The baseline is a bare Zenoh round trip of the
+same sizes, in turns with them, between the same two processes.
+"""
+
+import statistics
+import time
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+
+from crcolony.colony import messages
+from crcolony.colony.identity import Identity
+from crcolony.colony.messages import Accept, Encounter, Propose, WireError
+from crcolony.colony.network import Network
+from crcolony.colony.raising import own_streams, raise_robots
+from crcolony.config import Config
+from crcolony.robot.genes import agent_schema
+from tests.benchmarks.processes import COLONY, Wire, child, here
+
+TURNS, PER_TURN = 10, 500
+PIPELINED, WINDOW = 10_000, 64
+TARGETS = {"one at a time": 2_000, "pipelined": 4_000}
+SCHEMA = agent_schema(Config().learning, Config().heredity)
+DIGEST = bytes.fromhex(SCHEMA.digest)
+ME, PEER = Identity(bytes(32)), Identity(bytes([1]) * 32)
+
+
+def own_genes(identity: Identity) -> bytes:
+    _, _, (robot,) = raise_robots(Config(), [identity.id.hex()], own_streams([identity.id]))
+    robot.begin()
+    return messages.pack_genes(robot.exchange().genes)
+
+
+def read(letter: bytes) -> messages.Mating:
+    """Open a letter as a robot that waits for it does; raises WireError."""
+    sealed, message = messages.open_letter(letter)
+    if not messages.is_genuine(sealed, COLONY):
+        raise WireError("forged")
+    assert isinstance(message, Propose | Accept)
+    messages.unpack_genes(message.genes, SCHEMA)
+    return message
+
+
+def propose(count: int, genes: bytes) -> bytes:
+    encounter = Encounter(ME.id, PEER.id, 1, count)
+    return messages.seal(Propose(encounter, count, DIGEST, "me/1", genes), COLONY, ME)
+
+
+def respond(connection: Connection, network: Network) -> None:
+    """Accept every proposal; echo what is bare."""
+    genes = own_genes(PEER)
+    with Wire(network, "bench/to") as wire:
+        wire.until_heard("bench/back")
+        connection.send("ready")
+        while True:
+            data = wire.get()
+            if not data:
+                continue
+            if data[:1] == b"\0":
+                wire.put("bench/back", data)
+                continue
+            message = read(data)
+            assert isinstance(message, Propose)
+            accept = Accept(message.encounter, message.nonce, DIGEST, "peer/1", genes)
+            wire.put("bench/back", messages.seal(accept, COLONY, PEER))
+
+
+def rate(times: int, run: Callable[[], None]) -> float:
+    """Return how often a second something is done."""
+    start = time.perf_counter()
+    run()
+    return times / (time.perf_counter() - start)
+
+
+def main() -> None:
+    endpoint, genes = here(), own_genes(ME)
+    with (
+        Wire(Network(listen=(endpoint,)), "bench/back") as wire,
+        child(respond, Network(connect=(endpoint,))) as ready,
+    ):
+        assert ready.recv() == "ready"
+        wire.until_heard("bench/to")
+        size = len(propose(1, genes))
+
+        def answer() -> bytes:
+            while not (data := wire.get()):
+                pass
+            return data
+
+        def bare() -> None:
+            for _ in range(PER_TURN):
+                wire.put("bench/to", bytes(size))
+                answer()
+
+        def one_at_a_time() -> None:
+            for count in range(PER_TURN):
+                wire.put("bench/to", propose(count, genes))
+                read(answer())
+
+        def pipelined() -> None:
+            for count in range(PIPELINED + WINDOW):
+                if count >= WINDOW:
+                    read(answer())
+                if count < PIPELINED:
+                    wire.put("bench/to", propose(count, genes))
+
+        bare()
+        turns = [(rate(PER_TURN, bare), rate(PER_TURN, one_at_a_time)) for _ in range(TURNS)]
+        trips, single = map(statistics.median, zip(*turns, strict=True))
+        many = statistics.median(rate(PIPELINED, pipelined) for _ in range(3))
+    print(f"bare Zenoh round trips of {size} bytes, one at a time: {trips:.0f} a second")
+    for name, figure in (("one at a time", single), ("pipelined", many)):
+        print(
+            f"signed exchanges, {name}: {figure:.0f} a second (target {TARGETS[name]}),"
+            f" {figure / trips:.2f} of the bare round trips"
+        )
+
+
+if __name__ == "__main__":
+    main()

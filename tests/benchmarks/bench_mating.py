@@ -1,0 +1,237 @@
+"""How long a mating takes, from the contact until both robots have decided, on disk, in two processes over Zenoh.
+
+Run with `make bench`, or `python -m tests.benchmarks.bench_mating`. The baseline is what the protocol cannot do
+without, of the same sizes, measured in turns with the matings: two bare Zenoh round trips, and three bare durable
+commits of SQLite (prepare and decide at the one that answers, decide at the one that proposes).
+"""
+
+import contextlib
+import itertools
+import os
+import sqlite3
+import statistics
+import tempfile
+import time
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+from crcolony.colony import messages
+from crcolony.colony.identity import Identity
+from crcolony.colony.messages import Accept, Commit, Contact, Done, Encounter, Propose
+from crcolony.colony.network import Network, open_session
+from crcolony.colony.node import RobotNode
+from crcolony.colony.raising import own_streams, raise_robots
+from crcolony.colony.store import Store
+from crcolony.colony.telemetry import Event, Exchanged
+from crcolony.colony.transport import Mail, RobotSeen
+from crcolony.colony.zenoh_transport import Inbox, RobotTransport
+from crcolony.config import Config
+from crcolony.robot.genes import agent_schema
+from crcolony.robot.state import MET
+from tests.benchmarks.processes import ARENA, COLONY, Wire, child, here
+
+TURNS = 300
+NAMES = 300
+"""Bytes of an encounter that are neither letter nor genes."""
+TARGET = 1.5
+
+
+class Partner:
+    """A robot of the product, whose contacts are told by the benchmark."""
+
+    def __init__(self, identity: Identity, network: Network, folder: Path) -> None:
+        config = Config()
+        batch, _, (robot,) = raise_robots(config, [identity.id.hex()], own_streams([identity.id]))
+        robot.begin()
+        self.inbox = Inbox()
+        self.session = open_session(network)
+        memory = Store(
+            folder / "memory", identity.id, bytes.fromhex(robot.subpopulation.schema.digest)
+        )
+        life = memory.begin_life(1)
+        self.transport = RobotTransport(self.session, COLONY, ARENA, self.inbox.deliver)
+        self.node = RobotNode(
+            identity, COLONY, 0, robot, batch, memory, life, self.transport, hear=self._hear
+        )
+        self.decided_s = 0.0
+        self.tick = 0
+        self._events = batch.events[robot.row : robot.row + 1]
+
+    def _hear(self, event: Event) -> None:
+        if isinstance(event, Exchanged):
+            self.decided_s = time.monotonic()
+
+    def meet(self, contact: Contact) -> None:
+        """Report a contact, as the own body would."""
+        self.tick += 1
+        self._events[0] = MET
+        self.node.attend(time.monotonic(), self.tick, contact)
+
+    def mate(self) -> float:
+        """Wait until a mating is decided and nothing is open any more; return when it was decided."""
+        self.decided_s = 0.0
+        while not self.decided_s or self.node.waiting:
+            self.take()
+        return self.decided_s
+
+    def take(self) -> None:
+        """Wait for one arrival, and see to it."""
+        arrival = self.inbox.get(min(0.5, max(0.0, self.node.next_s - time.monotonic())))
+        if isinstance(arrival, Mail):
+            self.node.receive(time.monotonic(), arrival.letter)
+        elif isinstance(arrival, RobotSeen):
+            self.node.robot_seen(time.monotonic(), arrival.robot, arrival.life, arrival.session)
+        self.node.let_time_pass(time.monotonic())
+
+
+def live(connection: Connection, seed: bytes, peer: bytes, network: Network, folder: Path) -> None:
+    """Mate as often as told; answer when each mating was asked for and decided."""
+    partner = Partner(Identity(seed), network, folder)
+    partner.node.begin(time.monotonic())
+    partner.transport.host(partner.node.id, partner.node.life)
+    try:
+        while peer not in partner.node.peers:
+            partner.take()
+        connection.send("ready")
+        while True:
+            nonce: int = connection.recv()
+            if partner.node.id > peer:  # the one that answers has met before it is proposed to
+                partner.meet(Contact(peer, nonce))
+                connection.send("met")
+                connection.send(partner.mate())
+            else:
+                start_s = time.monotonic()
+                partner.meet(Contact(peer, nonce))
+                connection.send((start_s, partner.mate()))
+    finally:
+        partner.session.close()  # type: ignore[no-untyped-call]
+
+
+def matings_between(
+    opened: contextlib.ExitStack, endpoint: str, folder: Path
+) -> Callable[[], float]:
+    """Return what lets two robots mate once, and tells how long that took."""
+    seeds = sorted((bytes([k]) * 32 for k in (1, 2)), key=lambda seed: Identity(seed).id)
+    ids = [Identity(seed).id for seed in seeds]
+    networks = Network(listen=(endpoint,)), Network(connect=(endpoint,))
+    folders = [folder / "a", folder / "b"]
+    for each in folders:
+        each.mkdir()
+    initiator, responder = (
+        opened.enter_context(child(live, seeds[k], ids[1 - k], networks[k], folders[k]))
+        for k in (0, 1)
+    )
+    assert (initiator.recv(), responder.recv()) == ("ready", "ready")
+    nonces = itertools.count()
+
+    def mate() -> float:
+        nonce = next(nonces)
+        responder.send(nonce)
+        responder.recv()
+        initiator.send(nonce)
+        start_s, decided_s = initiator.recv()
+        return float(max(decided_s, responder.recv()) - start_s)
+
+    return mate
+
+
+# The baseline -------------------------------------------------------------------------------------------------------
+
+
+def echo(connection: Connection, network: Network, sizes: list[int]) -> None:
+    """Answer every message with one of the size that the protocol answers with."""
+    with Wire(network, "bench/to") as wire:
+        wire.until_heard("bench/back")
+        connection.send("ready")
+        number = 0
+        while True:
+            if wire.get():
+                wire.put("bench/back", bytes(sizes[number % len(sizes)]))
+                number += 1
+
+
+def round_trips_between(
+    opened: contextlib.ExitStack, endpoint: str, letters: list[bytes]
+) -> Callable[[], float]:
+    """Return what makes the two bare round trips of a mating, and tells how long they took."""
+    propose, accept, commit, done = map(len, letters)
+    wire = opened.enter_context(Wire(Network(listen=(endpoint,)), "bench/back"))
+    ready = opened.enter_context(child(echo, Network(connect=(endpoint,)), [accept, done]))
+    assert ready.recv() == "ready"
+    wire.until_heard("bench/to")
+
+    def travel() -> float:
+        start = time.perf_counter()
+        for size in (propose, commit):
+            wire.put("bench/to", bytes(size))
+            while not wire.get():
+                pass
+        return time.perf_counter() - start
+
+    return travel
+
+
+def commits_into(
+    opened: contextlib.ExitStack, folder: Path, sizes: list[int]
+) -> Callable[[], float]:
+    """Return what makes bare durable commits of these sizes, and tells how long they took."""
+    database = sqlite3.connect(folder / "bare", isolation_level=None)
+    opened.callback(database.close)
+    database.execute("PRAGMA journal_mode = WAL")
+    database.execute("PRAGMA synchronous = FULL")
+    database.execute("CREATE TABLE bare (key INTEGER PRIMARY KEY, value BLOB)")
+
+    def commit() -> float:
+        start = time.perf_counter()
+        for size in sizes:
+            database.execute("INSERT INTO bare (value) VALUES (?)", (os.urandom(size),))
+        return time.perf_counter() - start
+
+    return commit
+
+
+def letters() -> list[bytes]:
+    """Return letters of a mating as long as the product's."""
+    me, peer = Identity(bytes(32)), Identity(bytes([1]) * 32)
+    _, _, (robot,) = raise_robots(Config(), [me.id.hex()], own_streams([me.id]))
+    robot.begin()
+    own = robot.exchange()
+    genes, schema = messages.pack_genes(own.genes), bytes.fromhex(robot.subpopulation.schema.digest)
+    encounter = Encounter(me.id, peer.id, int(time.time()), 1000)
+    return [
+        messages.seal(message, COLONY, sender)
+        for message, sender in (
+            (Propose(encounter, 2**40, schema, own.agent, genes), me),
+            (Accept(encounter, 2**40, schema, own.agent, genes), peer),
+            (Commit(encounter), me),
+            (Done(encounter), peer),
+        )
+    ]
+
+
+def main() -> None:
+    proposal, *_ = sealed = letters()
+    genes = 8 * len(agent_schema(Config().learning, Config().heredity))
+    prepared = len(proposal) + 2 * genes + NAMES
+    sizes = [prepared, prepared + genes, prepared + genes]
+    times: list[list[float]] = [[], [], []]
+    with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as opened:
+        runs = (
+            matings_between(opened, here(), Path(folder)),
+            round_trips_between(opened, here(), sealed),
+            commits_into(opened, Path(folder), sizes),
+        )
+        for _ in range(TURNS):
+            for run, own in zip(runs, times, strict=True):
+                own.append(run())
+    mating, trips, commits = (1e6 * statistics.median(own[TURNS // 10 :]) for own in times)
+    print(
+        f"contact to both decided: {mating:.0f} us; bare: two round trips {trips:.0f} us,"
+        f" three durable commits {commits:.0f} us; ratio {mating / (trips + commits):.2f}"
+        f"  (target {TARGET})"
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,131 @@
+"""Processes for benchmarks of the network: Python functions as children, and the command line as a user starts it."""
+
+import contextlib
+import multiprocessing
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from multiprocessing.connection import Connection
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import Any
+
+import zenoh
+from zenoh.handlers import Callback
+
+from crcolony.colony.network import Network, free_port, open_session
+
+COLONY, ARENA = "bench", "bench"
+_SPAWN = multiprocessing.get_context("spawn")
+_PATIENCE_S = 20.0
+
+
+@contextlib.contextmanager
+def child(run: Callable[..., None], *arguments: object) -> Iterator[Connection]:
+    """Run `run(connection, *arguments)` in a process of its own, which must end when its connection closes."""
+    ours, theirs = _SPAWN.Pipe()
+    process = _SPAWN.Process(target=_until_closed, args=(run, theirs, *arguments), daemon=True)
+    process.start()
+    theirs.close()
+    try:
+        yield ours
+    finally:
+        ours.close()
+        process.join(5.0)
+        if process.is_alive():
+            process.kill()
+            process.join()
+
+
+def _until_closed(run: Callable[..., None], connection: Connection, *arguments: object) -> None:
+    with contextlib.suppress(EOFError, BrokenPipeError):
+        run(connection, *arguments)
+
+
+@contextlib.contextmanager
+def commands(folder: Path, *lines: Sequence[str]) -> Iterator[list[subprocess.Popen[bytes]]]:
+    """Run `crcolony` commands, each a process that logs into the folder; end them, and wait, when this is left."""
+    folder.mkdir(parents=True, exist_ok=True)
+    running: list[subprocess.Popen[bytes]] = []
+    try:
+        for number, line in enumerate(lines):
+            running.append(start(folder / f"{number}.log", line))
+        yield running
+    finally:
+        stop(running)
+
+
+def start(log: Path, line: Sequence[str]) -> subprocess.Popen[bytes]:
+    """Start one `crcolony` command."""
+    with log.open("wb") as out:
+        return subprocess.Popen([sys.executable, "-m", "crcolony", *line], stdout=out, stderr=out)
+
+
+def stop(running: Sequence[subprocess.Popen[bytes]]) -> None:
+    """Ask processes to end, and kill those that do not."""
+    for process in running:
+        process.terminate()
+    until_s = time.monotonic() + 10.0
+    for process in running:
+        try:
+            process.wait(max(0.1, until_s - time.monotonic()))
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def here() -> str:
+    """Return an endpoint of this machine that is free now."""
+    return f"tcp/127.0.0.1:{free_port()}"
+
+
+class Wire:
+    """Bare Zenoh between processes: what arrives on the keys it hears waits in a queue, as in the product."""
+
+    def __init__(self, network: Network, *heard: str) -> None:
+        self.session = open_session(network)
+        self.queue: SimpleQueue[bytes] = SimpleQueue()
+        self._publishers: dict[str, zenoh.Publisher] = {}
+        self._subscribers = [
+            self.session.declare_subscriber(key, Callback(self._take, indirect=False))
+            for key in heard
+        ]
+
+    def _take(self, sample: zenoh.Sample) -> None:
+        self.queue.put(sample.payload.to_bytes())
+
+    def put(self, key: str, data: bytes) -> None:
+        """Publish at once."""
+        if key not in self._publishers:
+            self._publishers[key] = self.session.declare_publisher(key, express=True)
+        self._publishers[key].put(data)
+
+    def get(self) -> bytes:
+        """Wait for what arrives next; raises AssertionError if nothing does."""
+        try:
+            return self.queue.get(timeout=_PATIENCE_S)
+        except Empty:
+            raise AssertionError("nothing arrived") from None
+
+    def until_heard(self, key: str) -> None:
+        """Wait until somebody hears what is published there."""
+        self.put(key, b"")
+        publisher: Any = self._publishers[key]
+        heard = threading.Event()
+        listener = publisher.declare_matching_listener(
+            Callback(lambda status: heard.set() if status.matching else None, indirect=False)
+        )
+        assert publisher.matching_status.matching or heard.wait(_PATIENCE_S), f"{key}: unheard"
+        listener.undeclare()
+
+    def close(self) -> None:
+        """Leave the network."""
+        self.session.close()  # type: ignore[no-untyped-call]
+
+    def __enter__(self) -> "Wire":
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()

@@ -9,6 +9,7 @@ from typing import NoReturn
 from crcolony.commands.evolve import add_evolve
 from crcolony.commands.files import add_check, add_inspect, add_keygen, add_plot
 from crcolony.commands.network import add_arena, add_host, add_launch, add_robot, add_router
+from crcolony.commands.simulating import add_simulate
 from crcolony.commands.watching import add_status, add_top
 from crcolony.errors import (
     EXIT_BROKEN,
@@ -21,10 +22,7 @@ from crcolony.errors import (
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command; return its exit code.
-
-    0 done, 2 wrong input (said in one line), 3 a memory failed (start again from it), 130 interrupted, 141 unread.
-    """
+    """Run a command; return its exit code, as `errors.py` has them. What is wrong outside is said in one line."""
     options = _parser().parse_args(arguments)
     try:
         code: int = options.command(options)
@@ -63,6 +61,7 @@ def _parser() -> argparse.ArgumentParser:
         ("robot", add_robot, "run one robot"),
         ("host", add_host, "run an arena and many robots in one process"),
         ("router", add_router, "run a router for more robots than a mesh carries"),
+        ("simulate", add_simulate, "colonies in virtual time, with everything going wrong"),
         ("top", add_top, "who is alive, and how they are, live"),
         ("status", add_status, "the same, once"),
         ("inspect", add_inspect, "look into a robot's memory"),

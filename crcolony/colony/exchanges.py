@@ -51,8 +51,9 @@ class Bucket:
     at_s: float = 0.0
 
     def take(self, now_s: float) -> bool:
-        """Tell whether one more may pass now."""
-        self.level = min(self.per_s, self.level + (now_s - self.at_s) * self.per_s)
+        """Tell whether one more may pass now; a clock that is set back lets none pass that another would not."""
+        passed_s = max(0.0, now_s - self.at_s)
+        self.level = min(self.per_s, self.level + passed_s * self.per_s)
         self.at_s = now_s
         if self.level < 1.0:
             return False

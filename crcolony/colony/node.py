@@ -5,6 +5,7 @@ survive goes through a `Store`. A process runs one of these (`processes/robot.py
 of `simulation.py` whole colonies of them.
 """
 
+import math
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -13,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from crcolony.colony import telemetry
-from crcolony.colony.exchanges import Exchanges
+from crcolony.colony.exchanges import Bucket, Exchanges
 from crcolony.colony.history import Died, Event, OwnEvent, TurnedOver, born, lives_of
 from crcolony.colony.identity import AllowList, Identity, RobotId
 from crcolony.colony.mating import Limits, Note, Offer, Record
-from crcolony.colony.messages import Contact, encode, pack_genes, unpack_genes
+from crcolony.colony.messages import Contact, WireError, encode, pack_genes, unpack_genes
 from crcolony.colony.store import Decision, Store, StoreError, StoreFull
 from crcolony.colony.telemetry import Ended, Exchanged, Fault, Met, Ring, State
 from crcolony.colony.transport import Transport
@@ -30,8 +31,12 @@ from crcolony.robot.state import DIED, MET, SLICE_OVER, Robots
 LOCKSTEP_LIMITS = Limits(contact_s=20.0, patience_s=5.0, propose_s=20.0, doubt_s=5.0)
 """In lockstep the arena waits, so that a slow machine must not end a mating: only a robot that is gone does."""
 
+_FAULTS_PER_S, _ANSWERS_PER_S = 10.0, 100.0
+"""What strangers can make a robot say, at most."""
 _TWIN_PATIENCE_S = 7.0
 """The token of a process that died goes with its lease; one that stays longer than two leases belongs to a live one."""
+_TWIN_WITHIN_S = 10.0
+"""Only who is there when a robot begins is its twin: tokens prove nothing, and must not end a robot that lives."""
 
 
 class RobotNode:
@@ -72,11 +77,14 @@ class RobotNode:
         self.session = ""
         """Of the transport, as its own token has it"""
         self._twins: dict[tuple[int, str], float] = {}
+        self._begun_s = math.inf
         self._batch, self._memory, self._transport = batch, memory, transport
         self._ring = Ring(self.id, life)
         self._limits = limits or Limits()
         self._unix_s, self._hear = unix_s, hear
+        self._told_faults, self._answered = Bucket(_FAULTS_PER_S), Bucket(_ANSWERS_PER_S)
         self._unsaved: list[Event] = []
+        self._has_unsaved_births = False
         self._before: tuple[Any, list[Offspring], int] | None = None
         self._exchanges = Exchanges(
             identity,
@@ -116,6 +124,7 @@ class RobotNode:
 
     def begin(self, now_s: float) -> None:
         """Come to life: from memory, with every conception in it, or as a new robot."""
+        self._begun_s = now_s
         loaded = self._memory.load()
         if loaded is None:
             self._report_births(self.robot.begin())
@@ -153,7 +162,8 @@ class RobotNode:
         events = self.robot.events
         if events & DIED:
             self._record(Died(tick, self.number, self._agent_name))
-        if contact is not None and events & MET:
+        # Whoever is not on the disk yet mates with nobody: after a crash its name may be another's.
+        if contact is not None and events & MET and not self._has_unsaved_births:
             own = self.robot.exchange()
             self._tell(Met(tick, contact.robot, own.agent))
             self._exchanges.meet(now_s, contact, Offer(own.agent, pack_genes(own.genes)), tick)
@@ -173,6 +183,7 @@ class RobotNode:
 
     def _report_births(self, births: list[Birth]) -> None:
         genotypes = self.robot.subpopulation.genotypes
+        self._has_unsaved_births = True
         for place, birth in enumerate(births):
             self._record(born(self.tick, self.number, birth, genotypes[place]))
 
@@ -189,7 +200,8 @@ class RobotNode:
     def robot_seen(self, now_s: float, peer: RobotId, life: int, session: str) -> None:
         """Hear that a robot is on the network."""
         if peer == self.id:
-            if (life, session) < (self.life, self.session):
+            was_there = now_s <= self._begun_s + _TWIN_WITHIN_S
+            if was_there and (life, session) < (self.life, self.session):
                 self._twins[life, session] = now_s
             return
         is_back = peer not in self.peers
@@ -287,16 +299,21 @@ class RobotNode:
             self.fault(f"not saved: {error}")
             return False
         self._unsaved = []
+        self._has_unsaved_births = False
         return True
 
     def fault(self, what: str) -> None:
-        """Count something outside that went wrong, and tell of it."""
+        """Count something outside that went wrong, and tell of it, unless there is too much of it to tell."""
         self.faults[what.partition(":")[0]] += 1
-        self._tell(Fault(self.tick, what[:500]))
+        if self._told_faults.take(self._unix_s()):
+            self._tell(Fault(self.tick, what[:500]))
 
     def answer_past(self, question: bytes) -> bytes:
-        """Answer an observer that missed events; raises WireError for a malformed question."""
-        return encode(self._ring.answer(telemetry.decode_ask(question)))
+        """Answer an observer that missed events; raises WireError for a malformed question, or one too many."""
+        ask = telemetry.decode_ask(question)
+        if not self._answered.take(self._unix_s()):
+            raise WireError("too many questions")
+        return encode(self._ring.answer(ask))
 
     def state(self, dropped: int) -> State:
         """Return how the robot is; `dropped` counts what its inbox had to let go."""

@@ -35,12 +35,13 @@ class SimulatedArena:
         self.ticks = 0
         """In all its lives"""
         self._config, self._schedule, self._network, self._rng = config, schedule, network, rng
+        self._is_closed = False
         self._checkpoint: dict[str, Any] | None = None
         self._sessions: dict[RobotId, set[str]] = {}
 
     def start(self) -> None:
         """Begin a run of the arena, unless one is under way."""
-        if self.node is not None:
+        if self.node is not None or self._is_closed:
             return
         world = self._rng.getrandbits(61)
         self.node = node = ArenaNode(self._config, world, False, body_grace_s=_GRACE_S)
@@ -53,9 +54,14 @@ class SimulatedArena:
         self._schedule.after(self._config.arena.control_period_s, lambda: self._tick(node))
 
     def crash(self, says_goodbye: bool = True) -> None:
-        """End at once; also the way in which the world comes to stand still."""
+        """End at once."""
         self.node = None
         self._network.unhost(ARENA, says_goodbye)
+
+    def close(self) -> None:
+        """Let the world stand still for ever."""
+        self.crash()
+        self._is_closed = True
 
     def _tick(self, node: ArenaNode) -> None:
         if node is not self.node:

@@ -9,6 +9,7 @@ import math
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from random import Random
 from typing import Literal, Protocol
 
@@ -24,6 +25,7 @@ ARENA: Endpoint = b"arena"
 
 LEASE_S, SCAN_S = 1.5, 0.25
 _DELAY_S, _TAIL_S, _REPLAY_S = 0.02, 0.6, 15.0
+_JOIN_TIMEOUT_S = 1.0
 _MOST_AT_ONCE = 20_000
 
 
@@ -94,13 +96,18 @@ class SimulatedNetwork:
     ) -> None:
         self.counts: Counter[str] = Counter()
         self.cut: set[Link] = set()
-        self._clogged: dict[Link, list[Arrival]] = {}
+        self._clogged: dict[Link, list[tuple[Arrival, float]]] = {}
         self._schedule, self._rng, self._faults, self._forge = schedule, rng, faults, forge
         self.is_calm = False
         """Whether nothing goes wrong any more"""
         self._processes: dict[Endpoint, Process] = {}
         self._tokens: list[_Token] = []
         schedule.after(SCAN_S, self._scan)
+
+    @property
+    def now_s(self) -> float:
+        """Virtual time."""
+        return self._schedule.now_s
 
     # Who is there ----------------------------------------------------------------------------------------------
 
@@ -152,38 +159,39 @@ class SimulatedNetwork:
 
     # What is sent ----------------------------------------------------------------------------------------------
 
-    def post(self, link: Link, arrival: Arrival) -> None:
-        """Send something on its way; letters may be followed, or overtaken, by forged ones."""
-        self._post(link, arrival)
+    def post(self, link: Link, arrival: Arrival, until_s: float = math.inf) -> None:
+        """Send something on its way, which nobody wants after a time; letters may be overtaken by forged ones."""
+        self._post(link, arrival, until_s)
         if not self.is_calm and isinstance(arrival, Mail) and self._draw(self._faults.forgery):
             forged = self._forge(arrival.letter)
             if forged is not None:
                 self.counts["forgeries"] += 1
-                self._post(link, Mail(arrival.to, forged))
+                self._post(link, Mail(arrival.to, forged), until_s)
 
-    def _post(self, link: Link, arrival: Arrival) -> None:
+    def _post(self, link: Link, arrival: Arrival, until_s: float) -> None:
+        arrive = partial(self._arrive, link, arrival, until_s)
         if link in self.cut:
             self.counts["cut off"] += 1
         elif link in self._clogged:
-            self._clogged[link].append(arrival)
+            self._clogged[link].append((arrival, until_s))
         elif self.is_calm:
-            self._schedule.after(self._exponential(_DELAY_S), lambda: self._arrive(link, arrival))
+            self._schedule.after(self._exponential(_DELAY_S), arrive)
         else:
             if self._draw(self._faults.loss):
                 self.counts["losses"] += 1
             else:
-                self._schedule.after(self._delay_s(), lambda: self._arrive(link, arrival))
+                self._schedule.after(self._delay_s(), arrive)
             if self._draw(self._faults.duplication):
                 self.counts["duplicates"] += 1
                 is_replay = self._draw(0.3)
                 delay_s = self._rng.uniform(0.0, _REPLAY_S) if is_replay else self._delay_s()
-                self._schedule.after(delay_s, lambda: self._arrive(link, arrival))
+                self._schedule.after(delay_s, arrive)
 
-    def _arrive(self, link: Link, arrival: Arrival) -> None:
+    def _arrive(self, link: Link, arrival: Arrival, until_s: float) -> None:
         process = self._processes.get(link[1])
         if process is None or link in self.cut:
             self.counts["nobody there"] += 1
-        else:
+        elif self._schedule.now_s <= until_s:
             process.deliver(arrival)
 
     def _delay_s(self) -> float:
@@ -204,8 +212,8 @@ class SimulatedNetwork:
 
     def unclog(self, link: Link) -> None:
         """Let everything that was held back come at once."""
-        for arrival in self._clogged.pop(link, []):
-            self._post(link, arrival)
+        for arrival, until_s in self._clogged.pop(link, []):
+            self._post(link, arrival, until_s)
 
     def calm_down(self) -> None:
         """From now on nothing goes wrong any more, and what was sent arrives soon."""
@@ -235,12 +243,13 @@ class SimulatedTransport:
         self._network.post((self._robot, to), Mail(to, letter))
 
     def join(self, robot: RobotId, request: bytes) -> None:
-        """Ask the arena for a body."""
+        """Ask the arena for a body; an answer that comes after the question's time is not heard."""
+        until_s = self._network.now_s + _JOIN_TIMEOUT_S
 
         def answer(data: bytes) -> None:
-            self._network.post((ARENA, robot), Placed(robot, data))
+            self._network.post((ARENA, robot), Placed(robot, data), until_s)
 
-        self._network.post((robot, ARENA), Asked("join", robot, request, answer))
+        self._network.post((robot, ARENA), Asked("join", robot, request, answer), until_s)
 
     def act(self, robot: RobotId, action: bytes) -> None:
         """Command a body."""

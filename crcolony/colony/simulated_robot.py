@@ -1,26 +1,21 @@
 """The process of one robot in virtual time, as `processes/robot.py` runs it, which dies between any two effects.
 
-Its memory is a real SQLite file. A crash closes the connection in the middle of whatever it does and forgets the rest;
-the next life begins from the file, as a real process does.
+A crash forgets everything but the file of its memory; the next life begins from that, as a real process does.
 """
 
-import contextlib
 import math
 import traceback
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from random import Random
-from typing import Any
 
 import msgspec
 
-from crcolony.colony.history import Event
 from crcolony.colony.identity import Identity
-from crcolony.colony.mating import Limits, Record
-from crcolony.colony.memory_schema import Head
+from crcolony.colony.mating import Limits
 from crcolony.colony.messages import (
     Action,
     Embodied,
@@ -37,8 +32,9 @@ from crcolony.colony.node import RobotNode
 from crcolony.colony.raising import numbered_streams, raise_robots
 from crcolony.colony.simulated_faults import CrashError, Faults, Hazard
 from crcolony.colony.simulated_network import Schedule, SimulatedNetwork, SimulatedTransport
+from crcolony.colony.simulated_store import Disk, SimulatedStore
 from crcolony.colony.simulation_checks import Witness
-from crcolony.colony.store import Decision, Store, StoreBroken, StoreFull
+from crcolony.colony.store import StoreBroken, StoreFull
 from crcolony.colony.transport import (
     ArenaGone,
     ArenaSeen,
@@ -57,8 +53,6 @@ from crcolony.world.settings import CyberRodent
 COLONY = "simulated"
 _BEGINNING_UNIX_S = 1_800_000_000.0
 _SNAPSHOT_S, _STATE_S, _SILENCE_S, _JOIN_RETRY_S = 8.0, 2.5, 3.0, 1.0
-_FAILING = 0.7
-"""Share of transactions for which a disk has no room while it is nearly full"""
 _INBOX = 64
 """What a process that is stopped finds when it goes on; the network lets the rest go."""
 
@@ -77,72 +71,21 @@ class Surroundings:
     rng: Random
 
 
-class SimulatedStore(Store):
-    """A real memory whose disk may be full, and whose process may die before and after every COMMIT."""
-
-    def attach(self, robot: "SimulatedRobot", hazard: Hazard) -> None:
-        """Let it be struck from now on."""
-        self._robot, self._hazard = robot, hazard
-
-    @contextlib.contextmanager
-    def _transaction(self) -> Iterator[Head]:
-        if not self._robot.has_room and self._robot.around.rng.random() < _FAILING:
-            raise StoreFull(f"{self.path}: no room")
-        with super()._transaction() as head:
-            yield head
-            self._strike()
-
-    def _strike(self) -> None:
-        around = self._robot.around
-        is_error = around.faults.broken_disks and around.rng.random() < 0.5
-        try:
-            self._hazard.strike(StoreBroken if is_error else CrashError)
-        except CrashError:
-            self._connection.close()  # no orderly rollback: the process is dead
-            raise
-
-    def begin_life(self, unix_s: int) -> int:
-        """Count this start."""
-        life = super().begin_life(unix_s)
-        self._strike()
-        return life
-
-    def write(
-        self,
-        records: Sequence[Record],
-        decided: Record | None = None,
-        decision: Decision | None = None,
-    ) -> None:
-        """Write records and a decision."""
-        super().write(records, decided, decision)
-        self._robot.around.witness.written(self._robot.id, records, decided, decision)
-        self._strike()
-
-    def save(self, robot: Mapping[str, Any], events: Sequence[Event], tick: int) -> None:
-        """Write a snapshot."""
-        super().save(robot, events, tick)
-        self._robot.around.witness.saved(self._robot.id, events)
-        self._strike()
-
-    def drop(self) -> None:
-        """Let go of the file as a killed process does: what is not committed is lost, nothing is tidied up."""
-        self._is_broken = True
-        self.close()
-
-
 class SimulatedRobot:
     """A robot: one life after the other."""
 
     def __init__(self, number: int, identity: Identity, around: Surroundings) -> None:
         self.id, self.number, self.around = identity.id, number, around
         self.node: RobotNode | None = None
-        self.has_room = True
         self.is_paused = False
         self.clock_error_s = 0.0
         self._identity = identity
         self._memory: SimulatedStore | None = None
         self._hazard = Hazard(around.rng, 0.0)
+        self.disk = Disk(around.rng, around.faults.broken_disks)
         self._inbox: deque[Arrival] = deque()
+        self._place: Embodied | None = None
+        self._observed_s = -math.inf
         self._starts = 0
 
     # Lives -----------------------------------------------------------------------------------------------------
@@ -163,7 +106,7 @@ class SimulatedRobot:
         node = self.new_node(self._transport)
         node.begin(around.schedule.now_s)
         around.witness.began(node)
-        self._place: Embodied | None = None
+        self._place = None
         self._tick = -1
         self._inbox.clear()
         now_s = around.schedule.now_s
@@ -183,7 +126,7 @@ class SimulatedRobot:
         self._memory = memory = SimulatedStore(
             around.folder / str(self.number), self.id, schema, durable=False
         )
-        memory.attach(self, self._hazard)
+        memory.attach(self.id, self.disk, self._hazard, around.witness)
         life = memory.begin_life(int(self.unix_s()))
         return RobotNode(
             self._identity,
@@ -235,16 +178,18 @@ class SimulatedRobot:
         if self.node is not None:
             self._guard(self._keep_time)
 
-    def find_room(self) -> None:
-        """The disk is full no more."""
-        self.has_room = True
-
     def be_spared(self) -> None:
         """Nothing goes wrong any more."""
         self._hazard.lift()
-        self.find_room()
+        self.disk.clear()
         self.resume()
         self.start()
+
+    @property
+    def is_living(self) -> bool:
+        """Whether it is there, has a body, and senses something."""
+        silent_s = self.around.schedule.now_s - self._observed_s
+        return self.node is not None and self._place is not None and silent_s < 1.0
 
     def unix_s(self) -> float:
         """Return what the clock of this machine says."""

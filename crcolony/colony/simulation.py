@@ -28,7 +28,7 @@ from crcolony.colony.simulated_network import (
     TimeStandsStillError,
 )
 from crcolony.colony.simulated_robot import COLONY, SimulatedRobot, Surroundings
-from crcolony.colony.simulation_checks import Witness
+from crcolony.colony.simulation_checks import Witness, short
 from crcolony.colony.simulation_ledger import close_books
 from crcolony.config import Config, load
 from crcolony.evolution.genotype import Schema
@@ -72,7 +72,7 @@ class Report:
     """The hash of the colony's history"""
     log: str = ""
     """The hash of everything that was said"""
-    violations: tuple[str, ...] = ()
+    violations: list[str] = field(default_factory=list)
 
     def __str__(self) -> str:
         counts = ", ".join(
@@ -83,19 +83,24 @@ class Report:
             f"  faults: {self.faults or 'none'}",
             *(f"  VIOLATION {text}" for text in self.violations),
         ]
-        if self.violations:
+        if self.violations and self.faults == draw_faults(Random(self.seed)):
             command = f"crcolony simulate --seeds 1 --seed {self.seed} --robots {self.robots}"
             lines.append(f"  repeat it with: {command}")
         return "\n".join(lines)
 
 
-def simulate(seed: int, robots: int = 5, faults: Faults | None = None) -> Report:
-    """Let one colony live through the faults of a seed, or through given ones; the same seed is the same colony."""
+def simulate(
+    seed: int, robots: int = 5, faults: Faults | None = None, faulty_s: float = FAULTY_S
+) -> Report:
+    """Let one colony live through the faults of a seed, or through given ones, for so long in virtual time.
+
+    The same arguments are the same colony. Raises ConfigError for less than one robot.
+    """
     rng = Random(seed)
     drawn = draw_faults(rng)
     shared = Path("/dev/shm")
     with tempfile.TemporaryDirectory(dir=shared if shared.is_dir() else None) as folder:
-        return _Simulation(seed, robots, faults or drawn, rng, Path(folder)).run()
+        return _Simulation(seed, robots, faults or drawn, rng, Path(folder)).run(faulty_s)
 
 
 class _Simulation:
@@ -116,7 +121,7 @@ class _Simulation:
         self._schedule = schedule = Schedule()
         forger = Forger(rng, _schema(config), {key.id: key for key in identities})
         self._network = SimulatedNetwork(schedule, rng, faults, forger.forge)
-        self._witness = Witness(limits)
+        self._witness = Witness(robots, limits)
         around = Surroundings(
             config, limits, faults, folder, schedule, self._network, self._witness, rng
         )
@@ -124,7 +129,7 @@ class _Simulation:
         self._arena = SimulatedArena(config, schedule, self._network, rng)
         self._nemesis = _Nemesis(schedule, self._network, self._robots, self._arena, faults, rng)
 
-    def run(self) -> Report:
+    def run(self, faulty_s: float) -> Report:
         """Live through all of it."""
         schedule = self._schedule
         self._arena.start()
@@ -132,17 +137,23 @@ class _Simulation:
             schedule.after(self._rng.uniform(0.0, 0.5), robot.start)
         schedule.after(0.0, self._nemesis.act)
         try:
-            schedule.run_until(FAULTY_S)
-            self._network.calm_down()
-            self._arena.start()
+            schedule.run_until(faulty_s)
+            self._make_peace()
+            schedule.run_until(faulty_s + PEACEFUL_S)
             for robot in self._robots:
-                robot.be_spared()
-            schedule.run_until(FAULTY_S + PEACEFUL_S)
-            self._arena.crash()
-            schedule.run_until(FAULTY_S + PEACEFUL_S + SETTLING_S)
+                self._witness.demand(robot.is_living, f"{short(robot.id)}: does not live in peace")
+            self._arena.close()
+            schedule.run_until(faulty_s + PEACEFUL_S + SETTLING_S)
         except TimeStandsStillError as error:
             self._witness.complain(f"time stands still: {error}")
+            self._make_peace()
         return self._report()
+
+    def _make_peace(self) -> None:
+        self._network.calm_down()
+        self._arena.start()
+        for robot in self._robots:
+            robot.be_spared()
 
     def _report(self) -> Report:
         witness = self._witness
@@ -158,7 +169,7 @@ class _Simulation:
             witness.counts + self._network.counts + self._nemesis.counts,
             str(chronicle.hash),
             witness.hash,
-            tuple(witness.violations),
+            witness.violations,
         )
 
 
@@ -203,8 +214,10 @@ class _Nemesis:
         self._kinds[name]()
         self._schedule.after(self._rng.expovariate(1.0 / _BETWEEN_FAULTS_S), self.act)
 
-    def _later(self, do: Callable[[], None], most_s: float = 4.0) -> None:
-        self._schedule.after(self._rng.uniform(0.3, most_s), do)
+    def _later(self, do: Callable[[], None]) -> None:
+        """Nothing comes and goes faster than this, and some things take longer than partners wait for each other."""
+        is_long = self._rng.random() < 0.2
+        self._schedule.after(self._rng.uniform(*((4.0, 9.0) if is_long else (0.3, 4.0))), do)
 
     def _any(self) -> SimulatedRobot:
         return self._rng.choice(self._robots)
@@ -219,7 +232,7 @@ class _Nemesis:
         robot = self._any()
         if robot.node is not None and not robot.is_paused:
             robot.is_paused = True
-            self._later(robot.resume, 6.0)
+            self._later(robot.resume)
 
     def _partition(self) -> None:
         """Cut the colony in two, or only what goes from the one half to the other."""
@@ -243,9 +256,9 @@ class _Nemesis:
         self._later(partial(self._network.unclog, link))
 
     def _fill(self) -> None:
-        robot = self._any()
-        robot.has_room = False
-        self._later(robot.find_room)
+        disk = self._any().disk
+        disk.fill()
+        self._later(disk.clear)
 
     def _turn_clock(self) -> None:
         self._any().clock_error_s = self._rng.choice(

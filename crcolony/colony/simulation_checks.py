@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from crcolony.colony.history import Event, TurnedOver
+from crcolony.colony.history import Born, Event, TurnedOver
 from crcolony.colony.identity import RobotId
 from crcolony.colony.mating import Limits, Record
 from crcolony.colony.messages import (
@@ -27,6 +27,7 @@ from crcolony.colony.messages import (
 from crcolony.colony.node import RobotNode
 from crcolony.colony.store import Decision
 from crcolony.colony.telemetry import Ended, decode_state, decode_told
+from crcolony.evolution.lineage import AgentId
 
 _MOST_EARLY, _MOST_VIOLATIONS = 32, 20
 _SAYABLE = {
@@ -41,7 +42,7 @@ _SAYABLE = {
 class Witness:
     """Keeps the ledger of a colony while it lives; `violations` says where a promise was broken."""
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, robots: int, limits: Limits) -> None:
         self.violations: list[str] = []
         self.counts: Counter[str] = Counter()
         """Outcomes of encounters, letters refused, crashes"""
@@ -50,10 +51,12 @@ class Witness:
         self.decisions: dict[RobotId, dict[Encounter, Decision]] = {}
         self.contacts: set[tuple[RobotId, RobotId, int]] = set()
         """Robot, peer and nonce of every contact that a robot was told of"""
-        self._limits = limits
+        self._robots, self._limits = robots, limits
         self._log = hashlib.blake2b(digest_size=16)
         self._unsaved: dict[RobotId, list[Decision]] = {}
         """Decisions younger than the last snapshot"""
+        self._born: dict[AgentId, bytes] = {}
+        """Genes of all agents, as far as they are on a disk"""
         self._turned: Counter[RobotId] = Counter()
         """Offspring in the pools that were turned over, as far as that is on the disk"""
 
@@ -87,6 +90,9 @@ class Witness:
     ) -> None:
         """Records, and perhaps a decision, are on a robot's disk."""
         for record in records:
+            is_own = self._born.get(record.own.agent) == record.own.genes
+            name = in_words(robot, record.encounter)
+            self.demand(is_own, f"{name}: gives genes of an agent that is not on its disk")
             self.records.setdefault(robot, {})[record.encounter] = record
         if decided is None or decision is None:
             return
@@ -100,6 +106,7 @@ class Witness:
     def saved(self, robot: RobotId, events: Sequence[Event]) -> None:
         """A snapshot is on a robot's disk."""
         self._unsaved[robot] = []
+        self._born |= {event.agent: event.genes for event in events if isinstance(event, Born)}
         self._turned[robot] += sum(e.offspring for e in events if isinstance(e, TurnedOver))
 
     def overhear(self, robot: RobotId, kind: str, data: bytes) -> None:
@@ -130,7 +137,11 @@ class Witness:
     def began(self, node: RobotNode) -> None:
         """A robot has come to life from its disk: every conception on it is in the pool, or was born."""
         pool = [offspring.genes.tobytes() for offspring in node.robot.subpopulation.pool]
-        for decision in self._unsaved.get(node.id, []):
+        unsaved = self._unsaved.get(node.id, [])
+        stream = node.robot.stream.astype("<u8").tobytes()
+        is_own = not unsaved or stream == unsaved[-1].stream
+        self.demand(is_own, f"{short(node.id)}: would draw the same numbers again")
+        for decision in unsaved:
             is_there = not decision.conceived or decision.child in pool
             self.demand(is_there, f"{short(node.id)}: a conception is lost in a restart")
         self.inspect(node)

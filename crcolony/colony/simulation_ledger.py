@@ -1,5 +1,6 @@
 """The last look at a simulated colony: what its memories say together, and whether robots come back from them."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -37,6 +38,7 @@ def _end(robot: SimulatedRobot, witness: Witness) -> None:
         return
     for record in node.waiting:
         witness.complain(f"{in_words(node.id, record.encounter)}: still {record.state} at the end")
+    witness.demand(node.next_s == math.inf, f"{short(node.id)}: still waits for something")
     witness.inspect(node)
     witness.demand(node.save(), f"{short(node.id)}: not saved")
     robot.crash()

@@ -6,6 +6,7 @@ Presence is a liveliness token, declared last, when the robot can be reached.
 """
 
 import threading
+from collections import deque
 from collections.abc import Callable
 from queue import Empty, SimpleQueue
 from typing import Any, Literal
@@ -16,7 +17,7 @@ from zenoh.handlers import Callback
 from crcolony.colony import keys
 from crcolony.colony.identity import RobotId
 from crcolony.colony.keys import ArenaKeys, ColonyKeys
-from crcolony.colony.messages import VERSION
+from crcolony.colony.messages import BODY_BYTES, LETTER_BYTES, VERSION
 from crcolony.colony.token_check import TokenCheck
 from crcolony.colony.transport import (
     Acted,
@@ -34,34 +35,76 @@ from crcolony.colony.transport import (
 )
 
 _JOIN_TIMEOUT_S = 1.0
-_MOST_WAITING = 2048
-"""Letters and questions that wait to be looked at; beyond it they are dropped and counted."""
+_MOST_WAITING, _MOST_BYTES = 2048, 8 * 2**20
+"""What waits to be looked at, at most; beyond it, it is dropped and counted. Presence is never dropped."""
 
 
 class Inbox:
-    """What has arrived and waits for the one loop of the process. Only letters and questions can be too many."""
+    """What has arrived and waits for the one loop of the process. What bodies and minds say is looked at first.
+
+    So a flood of letters and questions makes no control step late, and no flood of anything fills the memory.
+    """
 
     def __init__(self) -> None:
         self.dropped = 0
-        self._queue: SimpleQueue[Arrival | None] = SimpleQueue()
+        self._first: SimpleQueue[Arrival | None] = SimpleQueue()
+        self._later: deque[Arrival] = deque()
+        self._bytes = 0
+        """Of the letters and questions in `_later`"""
+        self._lock = threading.Lock()
 
     def deliver(self, arrival: Arrival) -> None:
         """Enqueue, from any thread."""
-        if isinstance(arrival, Mail | Asked) and self._queue.qsize() >= _MOST_WAITING:
-            self.dropped += 1
+        if isinstance(arrival, Observed | Acted | Placed):
+            if self._first.qsize() < _MOST_WAITING:
+                self._first.put(arrival)
+            else:
+                self.dropped += 1
             return
-        self._queue.put(arrival)
+        with self._lock:
+            size, is_needed = _size(arrival), not isinstance(arrival, Mail | Asked)
+            has_room = len(self._later) < _MOST_WAITING and self._bytes + size <= _MOST_BYTES
+            if not (has_room or is_needed):
+                self.dropped += 1
+                return
+            self._bytes += size
+            self._later.append(arrival)
+        if self._first.empty():
+            self.wake()
 
     def wake(self) -> None:
         """Let whoever waits look around; safe in a signal handler."""
-        self._queue.put(None)
+        self._first.put(None)
 
     def get(self, timeout_s: float) -> Arrival | None:
         """Wait for the next arrival; None after the time, or when woken."""
+        is_woken = False
         try:
-            return self._queue.get(timeout=timeout_s) if timeout_s > 0.0 else self._queue.get(False)
+            while (arrival := self._first.get(False)) is None:
+                is_woken = True
         except Empty:
-            return None
+            if is_woken or self._later or timeout_s <= 0.0:
+                return self._next()
+            try:
+                arrival = self._first.get(timeout=timeout_s)
+            except Empty:
+                return None
+        return arrival or self._next()
+
+    def _next(self) -> Arrival | None:
+        with self._lock:
+            if not self._later:
+                return None
+            arrival = self._later.popleft()
+            self._bytes -= _size(arrival)
+            return arrival
+
+
+def _size(arrival: Arrival) -> int:
+    match arrival:
+        case Mail(letter=data) | Asked(question=data):
+            return len(data)
+    return 0
 
 
 def _listen(handler: Callable[[Any], None]) -> Any:
@@ -103,9 +146,12 @@ class RobotTransport:
 
     def move_to(self, session: zenoh.Session) -> None:
         """Leave the session for another, with all robots."""
+        for (
+            robot
+        ) in self._lives:  # one by one: a closing session was seen to tell of its tokens once more
+            self._withdraw(robot)
         self.close()
         self._publishers.clear()
-        self._declared.clear()
         self._begin(session)
         for robot, life in self._lives.items():
             self.host(robot, life)
@@ -129,11 +175,11 @@ class RobotTransport:
         self._declared[robot] = [
             self._session.declare_subscriber(
                 self._colony.mail(robot),
-                _listen(lambda s: deliver(Mail(robot, s.payload.to_bytes()))),
+                _listen(lambda s: deliver(Mail(robot, _content(s.payload, LETTER_BYTES)))),
             ),
             self._session.declare_subscriber(
                 self._arena.observation(robot),
-                _listen(lambda s: deliver(Observed(robot, s.payload.to_bytes()))),
+                _listen(lambda s: deliver(Observed(robot, _content(s.payload, BODY_BYTES)))),
             ),
             self._session.declare_queryable(self._colony.past(robot), _listen(on_past)),
             self._session.liveliness().declare_token(self._colony.alive(robot, life, self.name)),
@@ -142,6 +188,9 @@ class RobotTransport:
     def unhost(self, robot: RobotId) -> None:
         """Let a robot be gone."""
         self._lives.pop(robot, None)
+        self._withdraw(robot)
+
+    def _withdraw(self, robot: RobotId) -> None:
         for entity in reversed(self._declared.pop(robot, [])):
             entity.undeclare()
 
@@ -155,7 +204,7 @@ class RobotTransport:
 
         def on_reply(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
-                deliver(Placed(robot, reply.ok.payload.to_bytes()))
+                deliver(Placed(robot, _content(reply.ok.payload, BODY_BYTES)))
 
         self._session.get(
             self._arena.join,
@@ -240,7 +289,7 @@ class ArenaTransport:
     def _on_action(self, sample: zenoh.Sample) -> None:
         robot = keys.robot_in(keys.chunks(str(sample.key_expr))[-2])
         if robot is not None:
-            self._deliver(Acted(robot, sample.payload.to_bytes()))
+            self._deliver(Acted(robot, _content(sample.payload, BODY_BYTES)))
 
     def _on_join(self, query: zenoh.Query) -> None:
         self._deliver(Asked("join", b"", _payload(query), _answer_to(query)))
@@ -254,7 +303,12 @@ class ArenaTransport:
 
 
 def _payload(query: zenoh.Query) -> bytes:
-    return query.payload.to_bytes() if query.payload is not None else b""
+    return _content(query.payload, BODY_BYTES) if query.payload is not None else b""
+
+
+def _content(payload: zenoh.ZBytes, most: int) -> bytes:
+    """Return what came in; of more than a message may be, nothing, which is no message either."""
+    return payload.to_bytes() if len(payload) <= most else b""
 
 
 def _answer_to(query: zenoh.Query) -> Callable[[bytes], None]:

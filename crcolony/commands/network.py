@@ -117,7 +117,7 @@ def add_arena(parser: argparse.ArgumentParser) -> None:
 
 
 def _arena(options: argparse.Namespace) -> int:
-    from crcolony.colony.processes.start import run_arena
+    from crcolony.colony.processes.start_arena import run_arena
     from crcolony.config import load
 
     check_names(options)
@@ -233,7 +233,7 @@ def add_router(parser: argparse.ArgumentParser) -> None:
 def _router(options: argparse.Namespace) -> int:
     import msgspec
 
-    from crcolony.colony.processes.start import run_router
+    from crcolony.colony.processes.start_arena import run_router
 
     if options.client:
         raise UsageError("a router is no client")

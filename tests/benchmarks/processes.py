@@ -24,24 +24,17 @@ _PATIENCE_S = 20.0
 
 @contextlib.contextmanager
 def child(run: Callable[..., None], *arguments: object) -> Iterator[Connection]:
-    """Run `run(connection, *arguments)` in a process of its own, which must end when its connection closes."""
+    """Run `run(connection, *arguments)` in a process of its own, and end it when this is left."""
     ours, theirs = _SPAWN.Pipe()
-    process = _SPAWN.Process(target=_until_closed, args=(run, theirs, *arguments), daemon=True)
+    process = _SPAWN.Process(target=run, args=(theirs, *arguments), daemon=True)
     process.start()
     theirs.close()
     try:
         yield ours
     finally:
+        process.kill()
+        process.join()
         ours.close()
-        process.join(5.0)
-        if process.is_alive():
-            process.kill()
-            process.join()
-
-
-def _until_closed(run: Callable[..., None], connection: Connection, *arguments: object) -> None:
-    with contextlib.suppress(EOFError, BrokenPipeError):
-        run(connection, *arguments)
 
 
 @contextlib.contextmanager
@@ -97,9 +90,11 @@ class Wire:
         self.queue.put(sample.payload.to_bytes())
 
     def put(self, key: str, data: bytes) -> None:
-        """Publish at once."""
+        """Publish at once, and wait where the link is congested: nothing gets lost."""
         if key not in self._publishers:
-            self._publishers[key] = self.session.declare_publisher(key, express=True)
+            self._publishers[key] = self.session.declare_publisher(
+                key, express=True, congestion_control=zenoh.CongestionControl.BLOCK
+            )
         self._publishers[key].put(data)
 
     def get(self) -> bytes:

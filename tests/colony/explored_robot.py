@@ -83,8 +83,9 @@ class Caller:
     def restored(self, me: RobotId, disk: Disk) -> Mating:
         """Return the mating that goes on from a disk."""
         mating = self.mating(me, disk.life, SCHEMA, LIMITS)
-        open_records = (r for r in disk.records if self.is_open(r))
-        mating.restore(NOW_S, sorted(open_records, key=lambda r: r.encounter.number), marks(disk))
+        # In an order that does not depend on the hashes of bytes, so that every run visits the same states.
+        open_records = sorted(filter(self.is_open, disk.records), key=_place)
+        mating.restore(NOW_S, open_records, marks(disk))
         return mating
 
     def is_open(self, record: Record) -> bool:
@@ -112,6 +113,11 @@ class Caller:
     def refused(self, mating: Mating, write: Write) -> list[Effect]:
         """The disk did not take a write."""
         return mating.undo(NOW_S, write)
+
+
+def _place(record: Record) -> tuple[tuple[int, int], RobotId, RobotId]:
+    encounter = record.encounter
+    return encounter.number, encounter.initiator, encounter.responder
 
 
 def marks(disk: Disk) -> dict[RobotId, tuple[tuple[int, int], bool]]:

@@ -307,6 +307,19 @@ class TestResponder:
         assert notes(effects) == ["mated", "resolved"]
         assert robot.doubts == 0
 
+    def test_in_doubt_it_answers_others(self) -> None:
+        """A third robot's proposal is accepted while the first mating waits for its end."""
+        robot = mating(C)
+        meets(robot, A, OF_C)
+        first = Propose(encounter(A, C), NONCE, SCHEMA, OF_A.agent, OF_A.genes)
+        hears(robot, first)
+        robot.tick(robot.next_s)
+        meets(robot, B, OF_C, now_s=0.7, nonce=9)
+        second = Propose(encounter(B, C), 9, SCHEMA, OF_B.agent, OF_B.genes)
+        assert writes(hears(robot, second, 0.8)) == ["prepared"]
+        assert notes(hears(robot, Abort(first.encounter), 0.9)) == ["aborted", "resolved"]
+        assert states(robot) == ["prepared"]
+
     def test_an_initiator_that_stays_away_makes_it_an_orphan(self) -> None:
         """It is kept, asks seldom, and is resolved if the initiator returns after all."""
         robot = prepared()
@@ -487,6 +500,9 @@ class TestTimeAndPlace:
         assert notes(effects) == ["doubt"]
         assert not robot.is_engaged
         assert states(robot) == ["prepared"]
+        robot = prepared()
+        assert robot.partner_is_gone(0.2, C) == []
+        assert robot.is_engaged
         robot = mating(B)
         meets(robot, A, OF_B)
         assert robot.partner_is_gone(0.1, A) == []
@@ -515,6 +531,14 @@ class TestTimeAndPlace:
             before = robot.next_s
             robot.tick(before)
             assert robot.next_s > before
+
+    def test_a_contact_of_which_nothing_can_come_is_due_when_it_ends(self) -> None:
+        """So that lockstep does not wait for it any longer."""
+        robot = mating(A, Limits(open=0))
+        assert meets(robot, B, OF_A) == []
+        assert robot.next_s == LIMITS.contact_s
+        robot.tick(robot.next_s)
+        assert not robot.is_awaited
 
     def test_a_copy_goes_its_own_way(self) -> None:
         """What happens to it does not happen to the original."""
@@ -609,6 +633,7 @@ class TestDisk:
             robot.restore(100.0, before.open, {})
             assert robot.open == before.open
             assert not robot.is_engaged
+            assert robot.doubts == states(robot).count("prepared")
             assert says(robot.tick(robot.next_s)) == [word]
 
     def test_an_orphan_on_disk_is_asked_for_seldom_after_a_crash(self) -> None:

@@ -1,4 +1,4 @@
-"""Colonies of real processes, for tests: started, killed, stopped, paused, watched from outside, and added up at the end."""
+"""Colonies of real processes, for tests: started, killed, stopped, paused, and watched from outside."""
 
 import contextlib
 import os
@@ -10,9 +10,12 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
 import msgspec
+import psutil
 
+from crcolony.colony.messages import Encounter
 from crcolony.colony.network import free_port
 from crcolony.colony.telemetry import Exchanged, State
 from tests.system.observer import Happened, Line, Stated, Token
@@ -20,13 +23,13 @@ from tests.system.observer import Happened, Line, Stated, Token
 ROOT = Path(__file__).parents[2]
 
 BUSY = (
-    "life.agents=4",
+    "life.agents=8",
     "life.slices=2",
-    "life.slice_steps=50",
+    "life.slice_steps=20",
     "life.initial_energy=1.0",
     "life.energy_per_step=0.0",
     "life.refractory_steps=5",
-    "arena.area_per_robot_m2=0.3",
+    "arena.area_per_robot_m2=0.2",
     "body.encounter_half_angle_rad=3.1",
     "body.encounter_range_m=0.8",
     "generations=0",
@@ -93,9 +96,9 @@ class Process:
 
     def kill(self) -> None:
         """kill -9, and wait until it is gone."""
-        if self._running is not None:
-            self._running.kill()
-            self._running.wait()
+        assert self._running is not None
+        self._running.kill()
+        self._running.wait()
 
     def stop(self, within_s: float = 30.0) -> float:
         """SIGTERM; return how long it took to end well."""
@@ -149,6 +152,9 @@ class Robot(Process):
         return "has body" in self.said
 
 
+Kind = TypeVar("Kind", Token, Stated, Happened)
+
+
 @dataclass
 class View:
     """What an observer has heard, as a list and by robot."""
@@ -187,6 +193,18 @@ class View:
             case Happened(told=told) if isinstance(told.event, Exchanged):
                 self.matings[told.robot] += 1
 
+    def all(self, kind: type[Kind], since: int = 0) -> list[Kind]:
+        """Return the lines of one kind, from the given line on."""
+        return [line for line in self.update().lines[since:] if isinstance(line, kind)]
+
+    def exchanges(self, since: int = 0) -> list[tuple[bytes, Encounter]]:
+        """Return who has told of which mating, from the given line on."""
+        return [
+            (line.told.robot, line.told.event.encounter)
+            for line in self.all(Happened, since)
+            if isinstance(line.told.event, Exchanged)
+        ]
+
     def is_alive(self, robot: bytes) -> bool:
         """Whether a robot is on the network."""
         return any(name == robot.hex() for name, _, _ in self.update()._alive)
@@ -209,13 +227,18 @@ class View:
             state.peers == len(robots) - 1 and state.arena for state in states
         )
 
-    def mated(self) -> int:
-        """Return how many matings have been told, each side for itself."""
-        return self.update().matings.total()
+    def wait_for_matings(self, count: int, of: bytes | None = None) -> None:
+        """Wait until there have been more matings, each side counting for itself."""
+        before = self._matings_of(of)
+        wait_until(lambda: self._matings_of(of) >= before + count, f"{count} more matings")
+
+    def _matings_of(self, robot: bytes | None) -> int:
+        matings = self.update().matings
+        return matings.total() if robot is None else matings[robot]
 
 
 class Colony:
-    """Processes of one test, which are all killed when it is left. Without `before` they are on this machine's loopback."""
+    """Processes of one test. Without `before` (words in front of a command) they are on this machine's loopback."""
 
     def __init__(self, folder: Path, *more: str) -> None:
         self.folder = folder
@@ -267,6 +290,11 @@ class Colony:
         """The robots, in the order they were started."""
         return [robot.id for robot in self.robots]
 
+    @property
+    def memories(self) -> list[Path]:
+        """Where the robots' memories are."""
+        return [robot.memory for robot in self.robots]
+
     def stop_robots(self) -> None:
         """Stop all robots, which saves them."""
         for robot in self.robots:
@@ -277,7 +305,11 @@ class Colony:
     def kill_all(self) -> None:
         """End every process that was started here."""
         for process in self.processes:
-            process.kill()
+            if process.is_running:
+                children = psutil.Process(process.pid).children()  # of launch
+                process.kill()
+                for child in children:
+                    child.kill()
 
 
 def settle(made: Colony, view: View, within_s: float = 90.0) -> None:

@@ -51,15 +51,13 @@ def check_ledger(paths: Sequence[Path], *, is_saved: bool = True) -> Ledger:
         total["aborted"] += len(memory.matings) - len(decided)
         total["turnovers"] += sum(isinstance(event, TurnedOver) for event in memory.events)
     assert total["decided"] % 2 == 0
-    return Ledger(
-        total["decided"] // 2, total["conceptions"], total["aborted"], total["turnovers"]
-    )
+    return Ledger(total["decided"] // 2, total["conceptions"], total["aborted"], total["turnovers"])
 
 
 def _check_conceptions(memory: Memory) -> int:
     """Check that a robot's offspring are those it conceived, no more and no less; return how many."""
     children = [choice.child for _, choice in memory.matings if choice and choice.conceived]
-    pools = [event.pool for event in memory.events if isinstance(event, TurnedOver)]
+    pools = [event.offspring for event in memory.events if isinstance(event, TurnedOver)]
     assert sum(pools) + len(memory.pool) == len(children), "a conception is lost, or made up"
     conceived = Counter(children)
     waiting = Counter(pack_genes(offspring.genes) for offspring in memory.pool)

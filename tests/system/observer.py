@@ -71,6 +71,7 @@ def main() -> None:
     with open_session(network) as session:
         live = session.liveliness()
         entities = [
+            live.declare_token(keys.observer(str(session.zid()))),
             session.declare_subscriber(of.all_states, Callback(on_state, indirect=False)),
             session.declare_subscriber(of.all_events, Callback(on_event, indirect=False)),
             *(

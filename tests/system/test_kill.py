@@ -4,153 +4,151 @@ import random
 import signal
 import statistics
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import psutil
+import pytest
 
-from crcolony.colony.telemetry import Exchanged
 from tests.system.colony import Colony, Process, View, colony, settings, settle, wait_until
 from tests.system.ledger import check_ledger
-from tests.system.observer import Happened, Stated
+from tests.system.observer import Stated
 
-HZ = ("--hz", "30")
+HZ = 30.0
+CLOCK = ("--hz", str(HZ))
+
+
+@pytest.fixture(scope="module")
+def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Colony, View]]:
+    """An arena of six places, five robots and an observer, for several tests; afterwards their ledger is exact."""
+    with colony(tmp_path_factory.mktemp("colony")) as made:
+        made.arena(6, *CLOCK)
+        for _ in range(5):
+            made.robot()
+        yield made, made.observer()
+        made.stop_robots()
+        check_ledger(made.memories)
 
 
 def test_sixty_kills_leave_an_exact_ledger(tmp_path: Path) -> None:
     """Six robots that mate several times a second are killed 60 times: nothing is lost, doubled, or left open."""
     chance = random.Random(60)
     with colony(tmp_path) as made:
-        made.arena(6, *HZ)
+        made.arena(6, *CLOCK)
         robots = [made.robot("--snapshot", "2") for _ in range(6)]
         view = made.observer()
         settle(made, view)
-        before = view.mated()
+        begun = len(view.lines)
         for _ in range(60):
             time.sleep(chance.uniform(0.2, 1.1))
-            robot = chance.choice([r for r in robots if r.has_body] or robots)
+            robot = chance.choice([robot for robot in robots if robot.has_body] or robots)
             robot.kill()
             robot.start()
-        during = view.mated() - before
+        during = len(view.exchanges(begun))
         settle(made, view)
         made.stop_robots()
-        assert during >= 60, "with so few matings this shows nothing"
-        ledger = check_ledger([robot.memory for robot in robots])
-        assert 2 * ledger.matings >= view.mated() and ledger.turnovers > 0
-        told = [
-            (line.told.robot, line.told.event.encounter)
-            for line in view.lines
-            if isinstance(line, Happened) and isinstance(line.told.event, Exchanged)
-        ]
+        ledger = check_ledger(made.memories)
+        told = view.exchanges()
         assert len(set(told)) == len(told), "a robot decided twice about an encounter"
+        assert during >= 20, "with so few matings this shows nothing"
+        assert 2 * ledger.matings >= len(told)
+        assert ledger.turnovers > 0
         for robot in robots:
             lives = view.lives[robot.id]
-            assert len(lives) > 1 and lives == sorted(set(lives)), "a life is not newer than before"
+            assert len(lives) > 1
+            assert lives == sorted(set(lives)), "every life is newer than the one before"
         print(during, ledger)
 
 
-def test_frozen_robots_hold_nobody_up_and_come_back(tmp_path: Path) -> None:
+def test_frozen_robots_hold_nobody_up_and_come_back(running: tuple[Colony, View]) -> None:
     """Three robots are frozen for 1, 5 and 15 s; the others keep their pace and mate on; all is well afterwards."""
-    with colony(tmp_path) as made:
-        made.arena(6, *HZ)
-        robots = [made.robot() for _ in range(6)]
-        view = made.observer()
-        settle(made, view)
-        frozen, others = robots[:3], [robot.id for robot in robots[3:]]
-        before, since_s = len(view.lines), time.monotonic()
-        for robot in frozen:
-            robot.signal(signal.SIGSTOP)
-        for robot, seconds in zip(frozen, (1.0, 5.0, 15.0), strict=True):
-            time.sleep(since_s + seconds - time.monotonic())
-            robot.signal(signal.SIGCONT)
-        lines = view.update().lines[before:]
-        periods = [
-            line.state.period_ms
-            for line in lines
-            if isinstance(line, Stated) and line.state.robot in others
-        ]
-        matings = [
-            line for line in lines
-            if isinstance(line, Happened) and isinstance(line.told.event, Exchanged)
-            and line.told.robot in others
-        ]  # fmt: skip
-        assert len(periods) > 60 and statistics.median(periods) < 2 * 1000 / 30
-        assert len(matings) >= 10, "those that were not frozen mate on"
-        print(len(periods), statistics.median(periods), max(periods), len(matings))
-        settle(made, view)
-        made.stop_robots()
-        check_ledger([robot.memory for robot in robots])
+    made, view = running
+    settle(made, view)
+    frozen, others = made.robots[:3], made.ids[3:]
+    begun, since_s = len(view.lines), time.monotonic()
+    for robot in frozen:
+        robot.signal(signal.SIGSTOP)
+    for robot, seconds in zip(frozen, (1.0, 5.0, 15.0), strict=True):
+        time.sleep(since_s + seconds - time.monotonic())
+        robot.signal(signal.SIGCONT)
+    states = [line.state for line in view.all(Stated, begun) if line.state.robot in others]
+    assert len(states) >= 30
+    assert statistics.median(state.period_ms for state in states) < 2 * 1000.0 / HZ
+    assert sum(robot in others for robot, _ in view.exchanges(begun)) >= 4
+    settle(made, view)
 
 
-def test_a_robot_that_is_told_to_stop_is_saved_and_gone_within_2_s(tmp_path: Path) -> None:
+def test_a_robot_that_is_told_to_stop_is_saved_and_gone_within_2_s(
+    running: tuple[Colony, View],
+) -> None:
     """SIGTERM: exit code 0, its token goes, its memory holds the last tick, and it goes on from there."""
+    made, view = running
+    settle(made, view)
+    robot = made.robots[0]
+    view.wait_for_matings(1, robot.id)
+    assert robot.stop() < 2.0
+    assert "saved in generation" in robot.said
+    wait_until(lambda: not view.is_alive(robot.id), "its token goes", 2.0)
+    before = view.states[robot.id]
+    robot.start()
+    settle(made, view)
+    after = view.states[robot.id]
+    assert (after.tick, after.matings) >= (before.tick, before.matings)
+
+
+def test_an_arena_that_is_killed_and_started_again_is_found_by_its_robots(
+    running: tuple[Colony, View],
+) -> None:
+    """Nature dies: the robots live on without bodies, find the new arena, and evolve on as the same processes."""
+    made, view = running
+    settle(made, view)
+    arena = made.processes[0]
+    had = {robot.pid: robot.said.count("has body") for robot in made.robots}
+    arena.kill()
+    for robot in made.robots:
+        robot.wait_for("the arena is gone", within_s=10.0)
+    arena.start()
+    for robot in made.robots:
+        robot.wait_for("has body", had[robot.pid] + 1)
+    settle(made, view)
+    assert "goes on from tick" in arena.said
+    view.wait_for_matings(4)
+
+
+def test_a_late_joiner_is_seen_by_all_and_mates(running: tuple[Colony, View]) -> None:
+    """It gets the free place in the running arena."""
+    made, view = running
+    settle(made, view)
+    late = made.robot()
+    settle(made, view)
+    view.wait_for_matings(1, late.id)
+
+
+def test_robots_wait_for_their_arena_and_lockstep_does_not_wait_for_the_dead(
+    tmp_path: Path,
+) -> None:
+    """Robots get bodies when the arena comes; one is killed: the others go on, and with it again when it is back."""
     with colony(tmp_path) as made:
-        made.arena(2, *HZ)
-        robot, other = made.robot(), made.robot()
-        view = made.observer()
-        settle(made, view)
-        wait_until(lambda: view.mated() > 4, "they mate")
-        assert robot.stop() < 2.0
-        wait_until(lambda: not view.is_alive(robot.id), "its token goes", 2.0)
-        assert "saved in generation" in robot.said
-        tick = view.states[robot.id].tick
-        robot.start()
-        settle(made, view)
-        assert view.states[robot.id].tick >= tick
-        made.stop_robots()
-        check_ledger([robot.memory, other.memory])
-
-
-def test_an_arena_that_is_killed_and_started_again_is_found_by_its_robots(tmp_path: Path) -> None:
-    """Nature dies: the robots live on without bodies, find the new arena, and evolve on, without being started again."""
-    with colony(tmp_path) as made:
-        arena = made.arena(4, *HZ)
-        robots = [made.robot() for _ in range(4)]
-        view = made.observer()
-        settle(made, view)
-        arena.kill()
-        for robot in robots:
-            robot.wait_for("the arena is gone", within_s=10.0)
-        arena.start()
-        for robot in robots:
-            robot.wait_for("has body", count=2)
-        settle(made, view)
-        before = view.mated()
-        wait_until(lambda: view.mated() > before + 4, "they mate again")
-        arena.stop()
-        arena.start()
-        arena.wait_for("goes on from tick")
-        for robot in robots:
-            robot.wait_for("has body", count=3)
-        settle(made, view)
-        made.stop_robots()
-        check_ledger([robot.memory for robot in robots])
-
-
-def test_a_robot_killed_in_lockstep_is_not_waited_for(tmp_path: Path) -> None:
-    """The others go on at once, and with it again when it is back."""
-    with colony(tmp_path) as made:
-        made.arena(3, "--lockstep", "--expect", "3")
         robots = [made.robot("--snapshot", "1") for _ in range(3)]
+        assert len(set(made.ids)) == 3
+        made.arena(3, "--lockstep", "--expect", "3")
         view = made.observer()
         settle(made, view)
         robots[0].kill()
         wait_until(lambda: not view.is_alive(robots[0].id), "it is gone", 5.0)
-        before = {robot.id: view.states[robot.id].tick for robot in robots}
-        wait_until(
-            lambda: all(
-                view.update().states[robot.id].tick > before[robot.id] + 50 for robot in robots[1:]
-            ),
-            "the others go on",
-        )
-        assert view.states[robots[0].id].tick == before[robots[0].id]
+        ticks = [view.states[robot].tick for robot in made.ids]
+
+        def go_on(first: int) -> bool:
+            view.update()
+            return all(view.states[made.ids[k]].tick > ticks[k] + 50 for k in range(first, 3))
+
+        wait_until(lambda: go_on(1), "the others go on")
+        assert view.states[made.ids[0]].tick == ticks[0]
         robots[0].start()
+        wait_until(lambda: go_on(0), "it goes on, too")
         settle(made, view)
-        wait_until(
-            lambda: view.update().states[robots[0].id].tick > before[robots[0].id] + 50,
-            "it goes on, too",
-        )
         made.stop_robots()
-        check_ledger([robot.memory for robot in robots])
+        check_ledger(made.memories)
 
 
 def child_of(launched: Process, *words: str) -> psutil.Process:
@@ -163,41 +161,29 @@ def child_of(launched: Process, *words: str) -> psutil.Process:
     return child
 
 
+def wait_for_second_body(log: Path) -> None:
+    """Wait until a robot has had a body twice."""
+    wait_until(lambda: log.read_text().count("has body") > 1, f"{log.name} has a body again")
+
+
 def test_launch_starts_again_what_is_killed(tmp_path: Path) -> None:
     """A robot and the arena are killed; launch says so, and both go on; at the end the ledger is exact."""
     run = tmp_path / "run"
     with colony(tmp_path) as made:
-        launched = made.start(
-            "launch", "launch", "-n", "3", *HZ, *settings(), "--out", str(run)
-        )
+        words = ("-n", "3", *CLOCK, *settings(), "--out", str(run))
+        launched = made.start("launch", "launch", *words)
         launched.wait_for("3 robots see each other")
-        child_of(launched, "robot", "--number", "1").kill()
+        doomed = child_of(launched, "robot", "--number", "1"), child_of(launched, "arena", "--hz")
+        for child in doomed:
+            child.kill()
         launched.wait_for("robot 1: killed by SIGKILL")
         launched.wait_for("robot 1 is started again")
-        child_of(launched, "arena", "--hz").kill()
         launched.wait_for("arena is started again")
         for number in range(3):
-            log = run / "logs" / f"robot-{number}.log"
-            wait_until(lambda log=log: log.read_text().count("has body") > 1, f"{log} has a body")
+            wait_for_second_body(run / "logs" / f"robot-{number}.log")
         children = psutil.Process(launched.pid).children()
         assert len(children) == 4
         launched.stop()
         assert not any(child.is_running() for child in children)
         assert "history hash: " in launched.said
     check_ledger(sorted(run.glob("robots/*/memory.sqlite")))
-
-
-def test_robots_wait_for_their_arena_and_take_in_a_late_joiner(tmp_path: Path) -> None:
-    """Robots started before the arena get bodies when it comes; one that comes later is seen by all and mates."""
-    with colony(tmp_path) as made:
-        robots = [made.robot(), made.robot()]
-        for robot in robots:
-            assert robot.id
-        made.arena(3, *HZ)
-        view = made.observer()
-        settle(made, view)
-        late = made.robot()
-        settle(made, view)
-        wait_until(lambda: view.update().matings[late.id] > 0, "the late joiner mates")
-        made.stop_robots()
-        check_ledger([robot.memory for robot in made.robots])

@@ -11,6 +11,7 @@ from pathlib import Path
 from crcolony.colony import telemetry
 from crcolony.colony.arena_node import ArenaNode
 from crcolony.colony.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
+from crcolony.colony.exchanges import Bucket
 from crcolony.colony.identity import RobotId
 from crcolony.colony.messages import Leave, Refused, WireError, decode_action, decode_join, encode
 from crcolony.colony.results import ResultsError, replace_file
@@ -22,6 +23,7 @@ _REPEAT_S = 0.5
 """In lockstep a robot that does not answer is told again after this."""
 _SAVE_PERIOD_S = 10.0
 _HOUSEKEEPING_S = 0.5
+_LINES_PER_S = 100.0
 _MOST_REFUSED = 1000
 
 
@@ -47,6 +49,7 @@ class ArenaProcess:
         self._wall_period_s = wall_period_s
         self._checkpoint = checkpoint
         self._say = say
+        self._lines = Bucket(_LINES_PER_S)
         self._scenes = 0
         self._refused: dict[RobotId, None] = {}
         """Who was told, so that it is said once"""
@@ -131,11 +134,11 @@ class ArenaProcess:
             request = decode_join(question)
         except WireError as error:
             node.counts["malformed"] += 1
-            self._say(f"malformed request for a body: {error}")
+            self._say_of_strangers(f"malformed request for a body: {error}")
             return
         if isinstance(request, Leave):
             if request.robot in node.robots:
-                self._say(
+                self._say_of_strangers(
                     f"robot {request.robot.hex()[:8]} leaves place {node.robots[request.robot]}"
                 )
                 node.leave(request.robot)
@@ -148,12 +151,19 @@ class ArenaProcess:
         if request.robot not in node.robots:
             if isinstance(reply, Refused) and request.robot not in self._refused:
                 self._refused[request.robot] = None
-                self._say(f"{name} gets no place: {reply.reason}")
+                self._say_of_strangers(f"{name} gets no place: {reply.reason}")
                 if len(self._refused) > _MOST_REFUSED:
                     self._refused.clear()
             return
+        if request.robot not in self._sessions:
+            node.lose(request.robot, time.monotonic())  # until it is on the network
         if is_new:
-            self._say(f"{name} gets place {node.robots[request.robot]}")
+            self._say_of_strangers(f"{name} gets place {node.robots[request.robot]}")
+
+    def _say_of_strangers(self, line: str) -> None:
+        """Say what anybody can make an arena say, but not without end."""
+        if self._lines.take(time.monotonic()):
+            self._say(line)
 
     # Now and then ----------------------------------------------------------------------------------------------
 

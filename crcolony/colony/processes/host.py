@@ -21,7 +21,8 @@ from crcolony.colony.node import RobotNode
 from crcolony.colony.processes.arena import ArenaProcess, restore_arena
 from crcolony.colony.processes.closing import say_summary
 from crcolony.colony.processes.robot import STATE_PERIOD_S
-from crcolony.colony.processes.start import KEY, MEMORY, WORLD, make_folder, new_arena, say
+from crcolony.colony.processes.start import KEY, MEMORY, WORLD, make_folder, say
+from crcolony.colony.processes.start_arena import new_arena
 from crcolony.colony.processes.stopping import Stop
 from crcolony.colony.raising import own_streams, raise_robots
 from crcolony.colony.results import keep_config

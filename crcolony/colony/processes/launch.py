@@ -25,11 +25,12 @@ from crcolony.colony.processes.children import (
     networks_of,
 )
 from crcolony.colony.processes.closing import say_summary
-from crcolony.colony.processes.start import KEY, make_folder, new_arena, warm_up
+from crcolony.colony.processes.start import KEY, make_folder, warm_up
 from crcolony.colony.processes.stopping import Stop
 from crcolony.colony.processes.top import Watcher, plain_line, shown
 from crcolony.colony.results import keep_config
 from crcolony.colony.transport import NetworkError
+from crcolony.config import Config
 from crcolony.errors import EXIT_OK
 
 _REFRESH_S = 0.25
@@ -50,7 +51,7 @@ def run_launch(launch: Launch) -> int:
     children = children_of(launch, networks)
     _greet(console, launch, networks.endpoint)
     started_s = time.monotonic()
-    with _running(children), _session(networks.robots) as session:
+    with _running(children, launch.config), _session(networks.robots) as session:
         watcher = Watcher(session, launch.colony)
         _attend(console, children, watcher, stop, woken)
     console.print(f"stopped after {time.monotonic() - started_s:.0f} s", highlight=False)
@@ -118,11 +119,16 @@ def _display(console: Console) -> Iterator[Live | None]:
 
 
 @contextlib.contextmanager
-def _running(children: list[Child]) -> Iterator[None]:
+def _running(children: list[Child], config: Config) -> Iterator[None]:
     """Run processes; robots first, then the arena, are asked to save and end when this is left."""
     try:
         for child in children:
-            child.start(time.monotonic())
+            if not child.is_robot:
+                child.start(time.monotonic())
+        warm_up(config)  # compiles once for all robots, while the arena gets ready
+        for child in children:
+            if child.is_robot:
+                child.start(time.monotonic())
         yield
     finally:
         for is_robot in (True, False):
@@ -135,7 +141,7 @@ def _running(children: list[Child]) -> Iterator[None]:
 
 
 def _prepare(launch: Launch) -> None:
-    """Make the results folder, with the config and the keys of a repeatable run, and compile once for all."""
+    """Make the results folder, with the config and the keys of a repeatable run."""
     make_folder(launch.folder)
     keep_config(launch.folder, launch.config)
     for number in range(launch.count):
@@ -143,9 +149,6 @@ def _prepare(launch: Launch) -> None:
         make_folder(folder)
         if is_repeatable(launch) and not (folder / KEY).exists():
             write_key(folder / KEY, seeded_key(launch.colony, launch.config.seed, number))
-    if not launch.robots_only:
-        new_arena(launch.config, 0, lockstep=False, expect=0).advance()
-    warm_up(launch.config)
 
 
 def _greet(console: Console, launch: Launch, endpoint: str) -> None:

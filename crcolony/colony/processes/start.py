@@ -1,28 +1,33 @@
-"""From options to a running process: an arena, a robot, a router. What was opened is closed, whatever happens."""
+"""From options to a running process: an arena, a robot, a router. What was opened is closed, whatever happens.
+
+A robot is simulated or not, and never needs the world: it is imported for an arena alone, since that takes longer than
+all the rest of a robot's start.
+"""
 
 import contextlib
-import secrets
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crcolony.colony.arena_node import ArenaNode
 from crcolony.colony.identity import AllowList, Identity, create_key, load_key
 from crcolony.colony.network import Network, open_session
 from crcolony.colony.node import RobotNode
-from crcolony.colony.processes.arena import ArenaProcess, restore_arena
 from crcolony.colony.processes.robot import RobotProcess, in_words
 from crcolony.colony.processes.stopping import Stop
 from crcolony.colony.raising import numbered_streams, own_streams, raise_robots
 from crcolony.colony.results import ResultsError
 from crcolony.colony.store import Store
 from crcolony.colony.telemetry import Event
-from crcolony.colony.zenoh_transport import ArenaTransport, Inbox, RobotTransport
-from crcolony.config import Config, ConfigError
+from crcolony.colony.zenoh_transport import Inbox, RobotTransport
+from crcolony.config import Config
 from crcolony.world.body import OBSERVATION_WIDTH
+
+if TYPE_CHECKING:
+    pass
 
 MEMORY, KEY, WORLD = "memory.sqlite", "key", "arena.npz"
 """What the folders of robots and arenas hold."""
@@ -98,51 +103,6 @@ def run_robot(options: RobotOptions) -> None:
         say(f"saved in generation {robot.generation}, after {node.matings} matings")
 
 
-def run_arena(
-    config: Config,
-    name: str,
-    network: Network,
-    wall_period_s: float | None,
-    expect: int,
-    folder: Path | None,
-) -> None:
-    """Run an arena until told to stop; `wall_period_s` None is lockstep. Raises Refusal."""
-    inbox = Inbox()
-    stop = Stop(wake=inbox.wake)
-    world = secrets.randbelow(2**62)
-    node = new_arena(config, world, wall_period_s is None, expect)
-    checkpoint = None
-    if folder is not None:
-        make_folder(folder)
-        checkpoint = folder / WORLD
-        if restore_arena(node, checkpoint):
-            say(f"goes on from tick {node.tick}")
-    with open_session(network) as session:
-        transport = ArenaTransport(session, name, world, inbox.deliver)
-        process = ArenaProcess(node, name, transport, inbox, wall_period_s, checkpoint, say)
-        say(f"arena {name} with {config.robots} places, {_clock_in_words(wall_period_s)}")
-        process.run(stop)
-        say(f"stopped at tick {node.tick}")
-
-
-def new_arena(config: Config, world: int, lockstep: bool, expect: int) -> ArenaNode:
-    """Return an arena; raises ConfigError if its settings are impossible."""
-    try:
-        return ArenaNode(config, world, lockstep, expect)
-    except ValueError as error:
-        raise ConfigError(str(error)) from None
-
-
-def run_router(network: Network) -> None:
-    """Carry the messages of clients until told to stop: any number of routers stand in for each other."""
-    inbox = Inbox()
-    stop = Stop(wake=inbox.wake)
-    with open_session(network):
-        say(f"router at {', '.join(network.listen)}")
-        while not stop():
-            inbox.get(1.0)
-
-
 def warm_up(config: Config) -> None:
     """Load the compiled control step before anybody counts on an answer."""
     _, _, (robot,) = raise_robots(config, ["0"], numbered_streams(0, 0, 1))
@@ -170,9 +130,3 @@ def _say_events(identity: Identity) -> Callable[[Event], None]:
             say(line)
 
     return hear
-
-
-def _clock_in_words(wall_period_s: float | None) -> str:
-    if wall_period_s is None:
-        return "in lockstep"
-    return f"{1.0 / wall_period_s:.3g} control periods a second"

@@ -1,0 +1,131 @@
+"""Ticks a second of a lockstep colony of four robot processes, as `crcolony launch` starts it.
+
+Run with `make bench`, or `python -m tests.benchmarks.bench_lockstep`. The baselines are bare fan-outs over Zenoh to
+four processes, with messages of the same sizes: a put to each and a put back, and a query to each and its reply.
+"""
+
+import contextlib
+import statistics
+import tempfile
+import time
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import zenoh
+from zenoh.handlers import Callback
+
+from crcolony.colony import telemetry
+from crcolony.colony.keys import ArenaKeys
+from crcolony.colony.messages import Action, Observation, encode, pack_row
+from crcolony.colony.network import Network
+from crcolony.world.body import ACTION_WIDTH, OBSERVATION_WIDTH
+from tests.benchmarks.processes import ARENA, COLONY, Wire, child, commands, here
+
+ROBOTS = 4
+TURNS, TICKS = 7, 500
+WARM_TICKS, MEASURED_S = 200, 10.0
+TARGET = 0.5
+
+OBSERVATION = encode(Observation(2**61, 10**4, pack_row(np.ones(OBSERVATION_WIDTH)), None))
+ACTION = encode(Action(10**4, pack_row(np.ones(ACTION_WIDTH))))
+
+
+def answer(connection: Connection, network: Network, number: int) -> None:
+    """Act on every observation, put or asked for, with nothing in between."""
+    with Wire(network, f"bench/observation/{number}") as wire:
+
+        def reply(query: zenoh.Query) -> None:
+            query.reply(query.key_expr, ACTION)
+
+        key = f"bench/ask/{number}"
+        with wire.session.declare_queryable(key, Callback(reply, indirect=False)):
+            wire.until_heard("bench/action")
+            connection.send("ready")
+            while True:
+                if wire.get():
+                    wire.put("bench/action", ACTION)
+
+
+def bare(endpoint: str) -> tuple[float, float]:
+    """Return fan-outs a second by puts, and by queries."""
+    with contextlib.ExitStack() as opened:
+        wire = opened.enter_context(Wire(Network(listen=(endpoint,)), "bench/action"))
+        network = Network(connect=(endpoint,))
+        robots = [opened.enter_context(child(answer, network, k)) for k in range(ROBOTS)]
+        assert [robot.recv() for robot in robots] == ["ready"] * ROBOTS
+        for number in range(ROBOTS):
+            wire.until_heard(f"bench/observation/{number}")
+
+        def by_puts() -> None:
+            for number in range(ROBOTS):
+                wire.put(f"bench/observation/{number}", OBSERVATION)
+            for _ in range(ROBOTS):
+                while not wire.get():
+                    pass
+
+        def take(reply: zenoh.Reply) -> None:
+            assert reply.ok is not None
+            wire.queue.put(reply.ok.payload.to_bytes())
+
+        def by_queries() -> None:
+            for number in range(ROBOTS):
+                wire.session.get(
+                    f"bench/ask/{number}",
+                    heard,
+                    payload=OBSERVATION,
+                    consolidation=zenoh.ConsolidationMode.NONE,
+                )
+            for _ in range(ROBOTS):
+                wire.get()
+
+        heard: Any = Callback(take, indirect=False)
+        turns = [(rate(by_puts), rate(by_queries)) for _ in range(TURNS)]
+    puts, queries = map(statistics.median, zip(*turns, strict=True))
+    return puts, queries
+
+
+def rate(tick: Callable[[], None]) -> float:
+    start = time.perf_counter()
+    for _ in range(TICKS):
+        tick()
+    return TICKS / (time.perf_counter() - start)
+
+
+def lockstep(endpoint: str, folder: Path) -> float:
+    """Return ticks a second of an arena and four robots."""
+    arena = ["arena", "--lockstep", "--expect", str(ROBOTS), "--listen", endpoint]
+    robots = [
+        [
+            "robot", "--colony", COLONY, "--number", str(number), "--repeatable",
+            "--out", str(folder / str(number)), "--connect", endpoint,
+        ]
+        for number in range(ROBOTS)
+    ]  # fmt: skip
+    lines = [[*line, "--arena", ARENA] for line in (arena, *robots)]
+    scenes = Wire(Network(connect=(endpoint,)), ArenaKeys(ARENA).scene)
+    with commands(folder, *lines), scenes as wire:
+        first = None
+        while True:
+            scene, now_s = telemetry.decode_scene(wire.get()), time.perf_counter()
+            if first is None and scene.tick > WARM_TICKS:
+                first = scene.tick, now_s
+            elif first is not None and now_s >= first[1] + MEASURED_S:
+                return (scene.tick - first[0]) / (now_s - first[1])
+
+
+def main() -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        ticks = lockstep(here(), Path(folder))
+    puts, queries = bare(here())
+    print(
+        f"lockstep, {ROBOTS} robot processes: {ticks:.0f} ticks a second;"
+        f" bare fan-out by puts {puts:.0f}, by queries {queries:.0f}"
+    )
+    print(f"ratio {ticks / puts:.2f} to puts, {ticks / queries:.2f} to queries  (target {TARGET})")
+
+
+if __name__ == "__main__":
+    main()

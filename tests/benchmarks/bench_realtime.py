@@ -1,0 +1,153 @@
+"""How many robot processes this machine carries at 10 Hz, and what each of them costs.
+
+Run with `make bench`, or `python -m tests.benchmarks.bench_realtime`. A robot is carried if the 99th percentile of its
+control periods, from action to action as anybody on the network sees them, is within 10 % of the nominal 100 ms.
+"""
+
+import subprocess
+import sys
+import tempfile
+import time
+from collections import defaultdict
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import psutil
+import zenoh
+from zenoh.handlers import Callback
+
+from crcolony.colony.keys import ArenaKeys
+from crcolony.colony.network import Network, open_session
+from tests.benchmarks.processes import ARENA, COLONY, here, start, stop
+
+CROWDS = (8, 16, 24)
+HZ, TARGET, TOLERANCE = 10.0, 16, 0.10
+MEASURED_S, SETTLED_S, PATIENCE_S = 6.0, 1.0, 25.0
+MIB = 2**20
+PARTS = {
+    "python with numpy": "import numpy",
+    "numba and compiled code": "from crcolony.colony.processes.start import *;"
+    "from crcolony.config import *; config = Config(); warm_up(config)",
+    "a robot's weights": "robot = raise_robots(config, ['0'], numbered_streams(0, 0, 1))",
+    "sqlite": "memory = Store(Path(FOLDER) / 'memory', bytes(16), bytes(16)); memory.begin_life(1)",
+    "zenoh": "session = open_session(Network(listen=('tcp/127.0.0.1:0',)))",
+}
+
+
+class Periods:
+    """Control periods of all robots, by the times at which their actions arrive here."""
+
+    def __init__(self, session: zenoh.Session) -> None:
+        self.times: defaultdict[str, list[float]] = defaultdict(list)
+        self._subscriber = session.declare_subscriber(
+            ArenaKeys(ARENA).all_actions, Callback(self._take, indirect=False)
+        )
+
+    def _take(self, sample: zenoh.Sample) -> None:
+        self.times[str(sample.key_expr)].append(time.perf_counter())
+
+    def wait_for(self, robots: int) -> bool:
+        """Wait until so many robots act; tell whether they do."""
+        until_s = time.monotonic() + PATIENCE_S
+        while len(self.times) < robots and time.monotonic() < until_s:
+            time.sleep(0.1)
+        return len(self.times) >= robots
+
+    def measure(self) -> float:
+        """Listen for a while; return the 99th percentile of the periods, as a deviation from the nominal one."""
+        time.sleep(SETTLED_S)
+        since = {key: len(times) for key, times in self.times.items()}
+        time.sleep(MEASURED_S)
+        periods = np.concatenate([np.diff(self.times[key][first:]) for key, first in since.items()])
+        return float(np.quantile(np.abs(periods * HZ - 1.0), 0.99))
+
+
+def usage(robots: Sequence[subprocess.Popen[bytes]]) -> tuple[float, float]:
+    """Return mean RSS and PSS of a robot, in MiB."""
+    infos = [psutil.Process(robot.pid).memory_full_info() for robot in robots]
+    return tuple(float(np.mean([getattr(i, k) for i in infos])) / MIB for k in ("rss", "pss"))  # type: ignore[return-value]
+
+
+def cpu_s(robots: Sequence[subprocess.Popen[bytes]]) -> float:
+    """Return what robots have used of a processor so far, on average."""
+    return float(np.mean([sum(psutil.Process(r.pid).cpu_times()[:2]) for r in robots]))
+
+
+def carried(folder: Path) -> int:
+    """Add robots until they are not carried any more; return how many were."""
+    endpoint, most = here(), 0
+    running = [
+        start(
+            folder / "arena.log",
+            [
+                "arena",
+                "--robots",
+                str(CROWDS[-1]),
+                "--hz",
+                f"{HZ:g}",
+                "--arena",
+                ARENA,
+                "--listen",
+                endpoint,
+            ],
+        )
+    ]
+    try:
+        with open_session(Network(connect=(endpoint,))) as session:
+            periods = Periods(session)
+            for crowd in CROWDS:
+                while len(running) <= crowd:
+                    running.append(
+                        start(folder / f"{len(running)}.log", robot(folder, len(running), endpoint))
+                    )
+                if not periods.wait_for(crowd):
+                    print(f"{crowd} robots: not all alive after {PATIENCE_S:.0f} s")
+                    break
+                before_s, at_s = cpu_s(running[1:]), time.monotonic()
+                deviation = periods.measure()
+                share = (cpu_s(running[1:]) - before_s) / (time.monotonic() - at_s)
+                rss, pss = usage(running[1:])
+                print(
+                    f"{crowd} robots at {HZ:g} Hz: period p99 within {100 * deviation:.1f} %, a robot"
+                    f" takes {100 * share:.1f} % of a core, RSS {rss:.0f} MiB, PSS {pss:.0f} MiB",
+                    flush=True,
+                )
+                if deviation > TOLERANCE:
+                    break
+                most = crowd
+    finally:
+        stop(running[1:])
+        stop(running[:1])
+    return most
+
+
+def robot(folder: Path, number: int, endpoint: str) -> list[str]:
+    out = str(folder / str(number))
+    return ["robot", "--arena", ARENA, "--colony", COLONY, "--out", out, "--connect", endpoint]
+
+
+def made_of(folder: Path) -> str:
+    """Tell what a robot's memory is made of: what each part adds to the RSS of one process."""
+    lines = [f"FOLDER = {str(folder)!r}", "import os, re"]
+    show = "print(re.search(r'Rss: +(\\d+)', open('/proc/self/smaps_rollup').read())[1])"
+    for code in PARTS.values():
+        lines += [code, show]
+    imports = "from crcolony.colony.raising import *; from crcolony.colony.network import *"
+    lines.insert(4, imports)
+    out = subprocess.run(
+        [sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=True
+    ).stdout
+    sizes = np.diff([0, *(int(size) / 1024 for size in out.split())])
+    return ", ".join(f"{name} {size:.0f}" for name, size in zip(PARTS, sizes, strict=True))
+
+
+def main() -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        print(f"a robot's RSS is made of, in MiB: {made_of(Path(folder))}", flush=True)
+        most = carried(Path(folder))
+    print(f"robot processes carried: {most}  (target {TARGET} on two cores)")
+
+
+if __name__ == "__main__":
+    main()

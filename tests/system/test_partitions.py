@@ -1,0 +1,76 @@
+"""Every process a machine of its own: cables are cut, packets lost, the network splits; and both mate or neither."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from tests.system.cabled import FAULTS, Cabled, Fault, cabled, detection_s, outcomes
+from tests.system.colony import wait_until
+from tests.system.ledger import check_ledger
+from tests.system.namespaces import needs_namespaces
+
+pytestmark = needs_namespaces
+
+
+@pytest.fixture(scope="module")
+def lan(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cabled]:
+    """Four robots and an arena on five machines, for all tests here; afterwards their ledger is exact."""
+    with cabled(tmp_path_factory.mktemp("lan")) as made:
+        made.settle()
+        yield made
+        made.settle()
+        made.colony.stop_robots()
+        ledger = check_ledger(made.colony.memories)
+        assert ledger.matings > 50
+
+
+def test_a_full_partition_heals(lan: Cabled) -> None:
+    """All cables are out for 8 s: everybody is gone for everybody; then all are back, in their bodies, and mate."""
+    lan.settle()
+    for host in lan.hosts:
+        host.cut()
+    wait_until(lambda: not lan.view.alive(), "all robots are gone", 15.0)
+    outcomes(lan, 5.0)
+    for robot in lan.colony.robots:
+        assert "the arena is gone" in robot.said
+    for host in lan.hosts:
+        host.mend()
+    lan.settle()
+    lan.view.wait_for_matings(8)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.4])
+def test_one_way_loss_slows_matings_and_breaks_none(lan: Cabled, share: float) -> None:
+    """Half of the robots lose packets that arrive: matings go on, and afterwards nobody waits for anybody."""
+    lan.settle()
+    lan.lose(share, both_ways=False)
+    try:
+        lan.view.wait_for_matings(8)
+    finally:
+        lan.lose(0.0, both_ways=False)
+    lan.settle()
+
+
+def test_each_half_of_a_split_network_goes_on_by_itself(lan: Cabled) -> None:
+    """Two robots keep the arena and mate on, two wait for it; after healing all four are one colony again."""
+    lan.settle()
+    near, far = lan.colony.ids[:2], lan.colony.ids[2:]
+    for host in lan.hosts[2:]:
+        host.plug_into("right")
+    wait_until(lambda: lan.view.alive() == set(near), "the far half is gone for the near one", 15.0)
+    wait_until(lambda: all(state.peers == 1 for state in lan.view.fresh(near)), "1 sees 1", 15.0)
+    for robot in near:
+        lan.view.wait_for_matings(2, robot)
+    for host in lan.hosts[2:]:
+        host.plug_into("left")
+    lan.settle()
+    for robot in far:
+        lan.view.wait_for_matings(2, robot)
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+def test_a_robot_that_is_gone_is_seen_to_be_gone(lan: Cabled, fault: Fault) -> None:
+    """Dead at once; frozen or cut off after the lease of 3 s."""
+    lan.settle()
+    assert detection_s(lan, fault, 0) < (2.0 if fault.name == "kill -9" else 10.0)
+    lan.settle()

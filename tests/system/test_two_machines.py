@@ -1,0 +1,84 @@
+"""The README's way to a colony on two machines, word for word, in two network namespaces with its addresses."""
+
+import re
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from crcolony.colony.store import read_memory
+from tests.system.colony import ROOT, Colony, Process, View, colony, settings, wait_until
+from tests.system.ledger import check_ledger
+from tests.system.namespaces import Host, hosts, needs_namespaces
+
+pytestmark = needs_namespaces
+
+SEED = ("--connect", "tcp/10.0.0.1:7447")
+
+
+def commands() -> list[tuple[str, list[str]]]:
+    """Return the machine and the words of every command of the README's section."""
+    section = (ROOT / "README.md").read_text("utf-8").partition("\n## Two machines\n")[2]
+    block = section.partition("```\n")[2].partition("```")[0]
+    lines = [re.fullmatch(r"(here|there)\$ crcolony (.+)", line) for line in block.splitlines()]
+    assert len(lines) == 4
+    assert all(lines), block
+    return [(line[1], shlex.split(line[2])) for line in lines if line]
+
+
+def start(made: Colony, lan: Sequence[Host], *more: str) -> list[Process]:
+    """Start the four commands in their places, with more words for all but the watcher."""
+    places = {"here": lan[0], "there": lan[1]}
+    command = str(Path(sys.executable).with_name("crcolony"))
+    processes = []
+    for number, (machine, words) in enumerate(commands()):
+        extra = more if words[0] != "top" else ()
+        log = made.folder / f"{number}-{words[0]}.log"
+        process = Process([command, *words, *extra], log, places[machine].before, made.folder)
+        made.processes.append(process.start())
+        processes.append(process)
+    return processes
+
+
+def wait_for_four(view: View) -> list[bytes]:
+    """Wait until four robots are alive, all with bodies, and everybody sees everybody; return who they are."""
+    wait_until(lambda: len(view.alive()) == 4 and view.all_see_all(sorted(view.alive())), "4 see 4")
+    return sorted(view.alive())
+
+
+def test_the_four_commands_of_the_readme_make_one_colony_on_two_machines(tmp_path: Path) -> None:
+    """Run exactly as they stand: 4 robots alive with bodies in one arena, and the table there shows them."""
+    with hosts(2) as lan, colony(tmp_path) as made:
+        arena, here, there, top = start(made, lan)
+        view = made.observer(*SEED, before=lan[1].before)
+        robots = wait_for_four(view)
+        assert {view.states[robot].arena for robot in robots} == {"arena"}
+        assert arena.said.count("gets place") == 4
+        top.wait_for("4 robots alive   arena arena: tick")
+        for process in (here, there, top, arena):
+            process.stop()
+
+
+def test_robots_of_the_two_machines_mate_with_each_other(tmp_path: Path) -> None:
+    """The same commands in a crowded arena: a robot here and one there have a mating, and the ledger is exact."""
+    with hosts(2) as lan, colony(tmp_path) as made:
+        arena, here, there, top = start(made, lan, *settings("robots=4"))
+        view = made.observer(*SEED, before=lan[0].before)
+        wait_for_four(view)
+        memories = {
+            machine: sorted(tmp_path.glob(f"runs/{machine}/robots/*/memory.sqlite"))
+            for machine in ("here", "there")
+        }
+        ids_there = {read_memory(path).robot for path in memories["there"]}
+
+        def has_mated_across() -> bool:
+            return any(
+                record.peer in ids_there and record.state == "mated"
+                for path in memories["here"]
+                for record, _ in read_memory(path).matings
+            )
+
+        wait_until(has_mated_across, "a robot here mates with one there")
+        for process in (here, there, top, arena):
+            process.stop()
+        check_ledger([*memories["here"], *memories["there"]])

@@ -48,6 +48,22 @@ def draw(stream: Stream) -> float:
     return np.float64(draw_bits(stream) >> _SHIFT_11) * _UNIT
 
 
+def draw_rarely(stream: Stream) -> int:
+    """Draw the same 64 bits as `draw_bits`, in plain Python: what is rare needs no compiler."""
+    word = (1 << 64) - 1
+    counter = (int(stream[1]) + 1) & word
+    stream[1] = counter
+    bits = (int(stream[0]) + counter * int(_GOLDEN)) & word
+    bits = ((bits ^ (bits >> 30)) * int(_MIX_1)) & word
+    bits = ((bits ^ (bits >> 27)) * int(_MIX_2)) & word
+    return bits ^ (bits >> 31)
+
+
+def chance(stream: Stream) -> float:
+    """Draw the same number in [0, 1) as `draw`, for one rare event."""
+    return (draw_rarely(stream) >> 11) * _UNIT
+
+
 def generator(stream: Stream) -> np.random.Generator:
     """Return numpy's generator for one rare event, seeded by one draw of the stream."""
-    return np.random.Generator(np.random.Philox(key=int(draw_bits(stream))))
+    return np.random.Generator(np.random.Philox(key=draw_rarely(stream)))

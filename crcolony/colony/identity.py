@@ -81,6 +81,9 @@ def write_key(path: Path, seed: bytes) -> None:
     """Write a key's seed as hex; raises IdentityError if the file exists or cannot be written."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise IdentityError(f"{path}: cannot be written: {error.strerror}") from None
+    try:
         descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
     except FileExistsError:
         raise IdentityError(f"{path}: exists already; a key is never overwritten") from None

@@ -43,7 +43,7 @@ Nonce = Annotated[int, Meta(ge=0, lt=2**48)]
 Ordinal = Annotated[int, Meta(ge=0, lt=2**32)]
 Tick = Annotated[int, Meta(ge=0, lt=2**53)]
 AgentName = Annotated[str, Meta(min_length=1, max_length=64)]
-Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.-]{1,64}$")]
+Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.-]{1,64}\Z")]
 """Of a colony or an arena; it becomes part of a key expression."""
 Genes = Annotated[bytes, Meta(min_length=8, max_length=32_768)]
 """Little-endian float64, one after the other; 8 bytes a gene."""
@@ -97,7 +97,7 @@ class Accept(Message, frozen=True, tag="accept"):
 
 
 class Refuse(Message, frozen=True, tag="refuse"):
-    """The responder does not take part; nothing of this encounter is on its disk."""
+    """The responder does not take part: it is not prepared for this encounter (a `stale` one may have ended long ago)."""
 
     encounter: Encounter
     reason: Literal["busy", "schema", "stale", "storage"]

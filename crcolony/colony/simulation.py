@@ -116,7 +116,7 @@ class _Simulation:
                 f"heredity.mutation_probability={0.1 if self._mutates else 0.0}",
             ],
         )
-        limits = Limits(orphan_s=5.0, longest_retry_s=1.0, open=rng.choice([2, 256]))
+        limits = Limits(orphan_s=3.0, longest_retry_s=1.0, open=rng.choice([2, 256]))
         identities = [seeded(COLONY, seed, number) for number in range(robots)]
         self._schedule = schedule = Schedule()
         forger = Forger(rng, _schema(config), {key.id: key for key in identities})

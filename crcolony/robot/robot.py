@@ -14,11 +14,11 @@ from crcolony.compiled import FloatArray
 from crcolony.evolution.lineage import AgentId, Birth
 from crcolony.evolution.population import Child, Offspring, Subpopulation
 from crcolony.evolution.time_sharing import TimeSharing
-from crcolony.randomness import draw, generator
+from crcolony.randomness import chance, generator
 from crcolony.robot.energy import conception_probability
+from crcolony.robot.ready_made import Step, step_of
 from crcolony.robot.settings import Life
 from crcolony.robot.state import SCRATCH, Habits, Robots
-from crcolony.robot.step import step_robot
 from crcolony.world import body
 
 
@@ -49,6 +49,7 @@ class Robot:
         self._habits = habits
         self._life = life
         self._time_sharing = time_sharing
+        self._step: Step | None = None
         self._action = np.zeros(body.ACTION_WIDTH)
 
     @property
@@ -73,7 +74,7 @@ class Robot:
 
     def embody(self, habits: Habits) -> None:
         """Live with another body from now on: the same modules and actions, other senses."""
-        self._habits = habits
+        self._habits, self._step = habits, None
 
     def begin(self) -> list[Birth]:
         """Give the robot its first generation and its first agent; return the births."""
@@ -89,7 +90,9 @@ class Robot:
         The returned array is overwritten by the next step. Afterwards `events` tells what else is to be done:
         `exchange` and `mate` after an encounter, then `hand_over` when the slice is over.
         """
-        step_robot(self._robots, self._habits, self.row, observation, self._action)
+        if self._step is None:
+            self._step = step_of(self._robots, self._habits)
+        self._step(self.row, observation, self._action)
         return self._action
 
     def exchange(self) -> Exchange:
@@ -104,10 +107,10 @@ class Robot:
         """
         agent = self.agent if agent is None else agent
         energy = float(self._robots.energies[self.row, agent])
-        chance = conception_probability(
+        probability = conception_probability(
             energy, self._life.conception_threshold, self._life.conception_exponent
         )
-        if draw(self.stream) >= chance:
+        if chance(self.stream) >= probability:
             return None
         return self.subpopulation.conceive(
             agent, partner.genes, partner.agent, self.steps, generator(self.stream)

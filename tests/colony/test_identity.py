@@ -145,7 +145,6 @@ class TestKeyFiles:
             write_key(path, bytes(32))
         assert load_key(path).id == identity.id
 
-    @pytest.mark.xfail(reason="mkdir raises FileExistsError too, and is taken for the key's")
     def test_a_folder_that_is_a_file_is_named(self, tmp_path: Path) -> None:
         """One line says where and why it cannot be written."""
         (tmp_path / "file").touch()

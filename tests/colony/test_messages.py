@@ -311,22 +311,13 @@ EDGES: dict[str, tuple[str, bytes]] = {
 }
 """The same, for what is only just allowed."""
 
-KNOWN_GAPS = {
-    "colony_with_a_line_end": "`$` of a regular expression matches before a final line end",
-}
-
 
 class TestDoors:
     """Whatever comes in, a decoder returns a message or raises WireError."""
 
     @pytest.mark.parametrize(
         "name",
-        [
-            pytest.param(name, marks=pytest.mark.xfail(reason=KNOWN_GAPS[name]))
-            if name in KNOWN_GAPS
-            else name
-            for name in MALFORMED
-        ],
+        MALFORMED,
     )
     def test_malformed_bytes_are_refused(self, name: str) -> None:
         """Each input of the table breaks one rule of PROTOCOL.md."""

@@ -5,7 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crcolony.randomness import draw, draw_bits, generator, new_streams
+from crcolony.randomness import (
+    chance,
+    draw,
+    draw_bits,
+    draw_rarely,
+    generator,
+    new_streams,
+)
 
 UINT64 = st.integers(0, 2**64 - 1)
 
@@ -63,3 +70,14 @@ def test_a_copied_stream_goes_on_alike() -> None:
     assert generator(stream).random() == generator(copy).random()
     assert stream.tolist() == copy.tolist()
     assert generator(stream).random() != pytest.approx(generator(stream).random())
+
+
+def test_what_is_rare_draws_the_same_numbers_without_a_compiler() -> None:
+    """In any order of the two ways, and over the ends of their 64 bits."""
+    one = new_streams(7, (1,), 1)[0]
+    one[1] = 2**64 - 3
+    other = one.copy()
+    for _ in range(6):
+        assert draw_rarely(one) == int(draw_bits(other))
+        assert chance(other) == draw(one)
+        assert one.tolist() == other.tolist()

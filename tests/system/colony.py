@@ -220,12 +220,16 @@ class View:
         states = [self.states[robot] for robot in robots if robot in self.states]
         return [state for state in states if state.unix_ms >= since_ms]
 
-    def all_see_all(self, robots: Sequence[bytes]) -> bool:
-        """Whether these robots, and no others, are alive in bodies and see each other, at this moment."""
+    def sees(self, robots: Sequence[bytes], peers: int) -> bool:
+        """Whether these robots all have bodies and see so many others, at this moment."""
         states = self.fresh(robots)
         return len(states) == len(robots) and all(
-            state.peers == len(robots) - 1 and state.arena for state in states
+            state.peers == peers and state.arena for state in states
         )
+
+    def all_see_all(self, robots: Sequence[bytes]) -> bool:
+        """Whether these robots have bodies and see each other, and nobody else, at this moment."""
+        return self.sees(robots, len(robots) - 1)
 
     def wait_for_matings(self, count: int, of: bytes | None = None) -> None:
         """Wait until there have been more matings, each side counting for itself."""

@@ -15,7 +15,7 @@ from zenoh.handlers import Callback
 
 from crcolony.colony.keys import ArenaKeys
 from crcolony.colony.network import Network, open_session
-from tests.system.colony import Colony, Process, colony, settle
+from tests.system.colony import Colony, Process, View, colony, settle
 
 HZ, ROBOTS = 20.0, 4
 MIB = 2**20
@@ -35,8 +35,8 @@ class Figures:
 class Siege:
     """A colony, and whoever attacks it."""
 
-    def __init__(self, made: Colony, session: zenoh.Session, folder: Path) -> None:
-        self.made, self._folder = made, folder
+    def __init__(self, made: Colony, view: View, session: zenoh.Session, folder: Path) -> None:
+        self.made, self.view, self._folder = made, view, folder
         self._actions: defaultdict[str, list[float]] = defaultdict(list)
         self._subscriber = session.declare_subscriber(
             ArenaKeys("arena").all_actions, Callback(self._on_action, indirect=False)
@@ -94,6 +94,7 @@ def siege(folder: Path) -> Iterator[Siege]:
         made.arena(ROBOTS, "--hz", f"{HZ:g}")
         for _ in range(ROBOTS):
             made.robot("--snapshot", "5")
-        settle(made, made.observer())
+        view = made.observer()
+        settle(made, view)
         with open_session(Network(connect=(made.endpoint,))) as session:
-            yield Siege(made, session, folder)
+            yield Siege(made, view, session, folder)

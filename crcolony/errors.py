@@ -1,7 +1,8 @@
 """The two families of errors that a user meets; anything else is a bug, and crashes loudly.
 
 Refusal         something outside is not as it should be: a setting, a file, an endpoint. One line, exit code 2
-  ConfigError, ResultsError, PlotsError, IdentityError, NetworkError, StoreError, UsageError
+  ConfigError, ResultsError, PlotsError, IdentityError, NetworkError, StoreError, StoreFull,
+      TwinError, UsageError
 Broken          nobody knows what is on the disk: the process ends, and begins again from the disk. Exit code 3
   StoreBroken
 """

@@ -97,7 +97,7 @@ class Accept(Message, frozen=True, tag="accept"):
 
 
 class Refuse(Message, frozen=True, tag="refuse"):
-    """The responder is not prepared for this encounter, and does not take part; a `stale` one may have ended long ago."""
+    """The responder is not prepared for this encounter; a `stale` one may have ended long ago, either way."""
 
     encounter: Encounter
     reason: Literal["busy", "schema", "stale", "storage"]

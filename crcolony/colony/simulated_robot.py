@@ -296,8 +296,7 @@ class SimulatedRobot:
             node.let_time_pass(now_s)
         if now_s >= self._state_s:
             self._state_s = now_s + _STATE_S
-            if node.arena:
-                self._transport.tell(self.id, "state", encode(node.state(0)))
+            self._transport.tell(self.id, "state", encode(node.state(0)))
             self.around.witness.inspect(node)
         if now_s >= self._join_s and now_s >= self._observed_s + _SILENCE_S:
             self._seek(now_s)

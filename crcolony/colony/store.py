@@ -47,7 +47,7 @@ from crcolony.colony.memory_schema import (
     refuse_emptied,
     select,
 )
-from crcolony.errors import Broken
+from crcolony.errors import Broken, Refusal
 
 __all__ = [
     "Decision",
@@ -62,7 +62,7 @@ __all__ = [
 _encode = msgspec.msgpack.Encoder().encode
 
 
-class StoreFull(Exception):  # noqa: N818 (the disk is, and the robot goes on)
+class StoreFull(Refusal):
     """A transaction was rolled back, certainly, for want of room or because somebody locks the file: go on without."""
 
 

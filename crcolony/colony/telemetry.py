@@ -6,7 +6,7 @@ an observer knows what it missed and can ask for it: `Past` answers from the rob
 
 import itertools
 from collections import deque
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import msgspec
 from msgspec import Meta
@@ -96,7 +96,7 @@ class State(Message, frozen=True, tag="state"):
 
     robot: Id
     number: Annotated[int, Meta(ge=0, lt=2**31)]
-    arena: Name | Literal[""]
+    arena: Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.-]{0,64}\Z")]
     """Where its body is; empty: it has none"""
     life: Ordinal
     seq: Count

@@ -105,9 +105,11 @@ class Hostile:
         return len(self.keys) == len(self.nonces) == len(self.robots) and len(self.overheard) > 20
 
     def put(self, key: str, data: bytes) -> None:
-        """Publish."""
+        """Publish, to others than itself."""
         if key not in self._publishers:
-            self._publishers[key] = self.session.declare_publisher(key)
+            self._publishers[key] = self.session.declare_publisher(
+                key, allowed_destination=zenoh.Locality.REMOTE
+            )
         self._publishers[key].put(data)
 
     def post(self, letter: bytes, to: bytes | None = None) -> None:
@@ -305,6 +307,14 @@ def observations(peer: Hostile) -> Callable[[], None]:
     return shoot
 
 
+def future(peer: Hostile) -> Callable[[], None]:
+    """One observation of the right world, but of a tick that will never be."""
+    robot = peer.robots[0]
+    seen = peer.seen[robot]
+    peer.put(peer.arena.observation(robot), encode(Observation(seen.world, 2**52, seen.row, None)))
+    return lambda: None
+
+
 def telemetry(peer: Hostile) -> Callable[[], None]:
     """States of robots that do not exist, lies about those that do, and noise, for whoever watches."""
 
@@ -342,6 +352,7 @@ ATTACKS: dict[str, tuple[Callable[[Hostile], Callable[[], None]], float]] = {
     "joins": (joins, 500.0),
     "questions": (questions, 500.0),
     "observations": (observations, 500.0),
+    "future": (future, 1.0),
     "telemetry": (telemetry, 500.0),
     "tokens": (tokens, 1.0),
 }

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from crcolony.colony.telemetry import State
-from tests.system.colony import crcolony, settle
+from tests.system.colony import crcolony, settle, wait_until
 from tests.system.ledger import check_ledger
 from tests.system.siege import HZ, Figures, Siege, siege
 
@@ -80,7 +80,7 @@ def test_malformed_letters_are_refused(besieged: Besieged) -> None:
 
 
 def test_genes_that_are_none_are_never_conceived_from(besieged: Besieged) -> None:
-    """NaN, infinite, out of range, too many, too few: well signed, with a real contact's nonce, by nobody who was met."""
+    """NaN, infinite, out of range, too many, too few: well signed, with a real nonce, by somebody who was never met."""
     besieged.withstands("unfit")
 
 
@@ -119,10 +119,19 @@ def test_observers_that_ask_without_end_are_answered_in_moderation(besieged: Bes
 
 
 def test_observations_of_another_world_or_time_are_ignored(besieged: Besieged) -> None:
-    """And those that are no numbers, or noise. One of the right world and a new tick is believed: that is not promised."""
+    """And those that are no numbers, or noise. One of the right world and tick is believed (not promised)."""
     _, before = besieged.withstands("observations")
     for robot, earlier in zip(besieged.states(), before, strict=True):
         assert robot.faults > earlier.faults
+
+
+def test_an_observation_of_a_tick_to_come_costs_a_robot_seconds_at_most(besieged: Besieged) -> None:
+    """It then hears its body no more, asks for it again, and learns what time it is."""
+    made, view = besieged.siege.made, besieged.siege.view
+    with besieged.siege.attacked("future"):
+        wait_until(lambda: besieged.states()[0].tick >= 2**50, "it is believed", 10.0)
+        wait_until(lambda: besieged.states()[0].tick < 2**50, "it is forgotten", 15.0)
+    settle(made, view)
 
 
 def test_lies_to_watchers_harm_watchers_at_most(besieged: Besieged, tmp_path: Path) -> None:

@@ -167,6 +167,9 @@ class RobotProcess:
         if self._place is None or place.world != self._place.world:
             self._say(f"has body {place.place} in arena {self._arena}")
             self._tick = -1
+        self._tick = min(
+            self._tick, place.tick
+        )  # who was told of a tick that is not yet, looks again
         self._place, self._observed_s = place, now_s
         self._node.arena = self._arena
         if self._wanted_place < 0:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from crcolony.colony import messages
+from crcolony.colony import history, messages, telemetry
 from crcolony.colony.identity import seeded
 from crcolony.world.body import ACTION_WIDTH, OBSERVATION_WIDTH
 
@@ -56,6 +56,73 @@ BODIES: dict[str, messages.Message] = {
 """What robots and bodies say to each other; no letter is around it."""
 
 
+AGENT, OTHER = f"{INITIATOR.id.hex()}/17", f"{RESPONDER.id.hex()}/3"
+
+EVENTS: dict[str, telemetry.Event] = {
+    "met": telemetry.Met(70_000, RESPONDER.id, AGENT),
+    "ended": telemetry.Ended(70_001, "refused", RESPONDER.id, ENCOUNTER, "busy"),
+    "exchanged": telemetry.Exchanged(70_000, ENCOUNTER, AGENT, OTHER, 0.75, True, False),
+    "born": history.Born(
+        0, 2, 0, AGENT, "00ff", messages.pack_genes(INITIATORS_GENES), None, OTHER
+    ),
+    "died": history.Died(9, 2, AGENT),
+    "lived": history.Lived(9, 2, 0, AGENT, 1200, 0.5, 3, 1),
+    "turned_over": history.TurnedOver(9, 2, 1, 7),
+    "fault": telemetry.Fault(9, "the arena is gone"),
+}
+"""What a robot tells, each numbered and in a `told` of its own."""
+
+TOLD = {
+    f"told_{name}": telemetry.Told(INITIATOR.id, 3, seq, 1_790_000_000_000, event)
+    for seq, (name, event) in enumerate(EVENTS.items(), 1)
+}
+
+TELEMETRY: dict[str, messages.Message] = {
+    **TOLD,
+    "state": telemetry.State(
+        robot=INITIATOR.id,
+        number=2,
+        arena="",
+        life=3,
+        seq=8,
+        unix_ms=1_790_000_000_000,
+        tick=70_000,
+        generation=1,
+        agent=AGENT,
+        energy=0.25,
+        module=-1,
+        matings=4,
+        conceptions=3,
+        pool=2,
+        waiting=2,
+        doubts=1,
+        orphaned=1,
+        peers=3,
+        refused=300,
+        dropped=0,
+        faults=5,
+        period_ms=200.5,
+    ),
+    "ask": telemetry.Ask(3, 2),
+    "past": telemetry.Past(3, 1, [messages.encode(TOLD["told_met"])]),
+    "scene": telemetry.Scene(
+        arena="lab",
+        world=2**61,
+        seq=12,
+        tick=70_000,
+        unix_ms=1_790_000_000_000,
+        period_s=0.2,
+        width_m=2.5,
+        height_m=2.0,
+        robots=[
+            telemetry.SeenRobot(INITIATOR.id, COLONY, 0.5, -0.25, 3.0, True, 1.0, 0.0, 0.0, False)
+        ],
+        packs=[telemetry.SeenPack(-1.0, 0.5, 0.0, 1.0, 0.0, 0.4)],
+    ),
+}
+"""What observers hear."""
+
+
 def make() -> dict[str, bytes]:
     """Return the bytes of every vector by the name of its file."""
     vectors = {}
@@ -63,7 +130,7 @@ def make() -> dict[str, bytes]:
         is_initiators = isinstance(letter, messages.BY_INITIATOR)
         sender = INITIATOR if is_initiators else RESPONDER
         vectors[f"{name}.msgpack"] = messages.seal(letter, COLONY, sender)
-    for name, message in BODIES.items():
+    for name, message in {**BODIES, **TELEMETRY}.items():
         vectors[f"{name}.msgpack"] = messages.encode(message)
     return vectors
 

@@ -59,8 +59,8 @@ def open_session(network: Network) -> zenoh.Session:
 def _do_not_linger(_: zenoh.LinkEvent) -> None:
     """Let the sockets of this process close at once (Linux only; elsewhere nothing is done).
 
-    Zenoh sets SO_LINGER to 10 s. So when a cable is cut, closing each of the dead links stops one of its few threads for
-    10 s, and with them the letters of everybody else (eclipse-zenoh/zenoh#1101, #2350).
+    Zenoh sets SO_LINGER to 10 s. So when a cable is cut, closing each of the dead links stops one of its few threads
+    for 10 s, and with it the letters of everybody else (eclipse-zenoh/zenoh#1101, #2350).
     """
     if not sys.platform.startswith("linux"):
         return

@@ -35,6 +35,7 @@ from crcolony.colony.transport import (
 )
 
 _JOIN_TIMEOUT_S = 1.0
+_MOST_GONE = 10_000
 _MOST_WAITING, _MOST_BYTES = 2048, 8 * 2**20
 """What waits to be looked at, at most; beyond it, it is dropped and counted. Presence is never dropped."""
 
@@ -126,6 +127,8 @@ class RobotTransport:
         self._publishers: dict[str, zenoh.Publisher] = {}
         self._lives: dict[RobotId, int] = {}
         self._declared: dict[RobotId, list[Any]] = {}
+        self._gone: set[str] = set()
+        """Sessions whose token has gone: Zenoh may keep the link of one that is closed, and that is nobody"""
         self._begin(session)
 
     def _begin(self, session: zenoh.Session) -> None:
@@ -144,15 +147,15 @@ class RobotTransport:
             ),
         ]
 
-    def move_to(self, session: zenoh.Session) -> None:
-        """Leave the session for another, with all robots."""
+    def move(self, reopen: Callable[[], zenoh.Session]) -> None:
+        """Leave the session for another, with all robots; the old one is closed first, since it holds the port."""
         for (
             robot
         ) in self._lives:  # one by one: a closing session was seen to tell of its tokens once more
             self._withdraw(robot)
         self.close()
         self._publishers.clear()
-        self._begin(session)
+        self._begin(reopen())
         for robot, life in self._lives.items():
             self.host(robot, life)
 
@@ -162,7 +165,7 @@ class RobotTransport:
 
     def peers_without_token(self, now_s: float) -> list[str]:
         """Return peers that have been connected for long, and whose robots cannot be seen."""
-        return self._check.look(now_s)
+        return [peer for peer in self._check.look(now_s) if peer not in self._gone]
 
     def host(self, robot: RobotId, life: int) -> None:
         """Let a robot be reached, and then be seen."""
@@ -234,8 +237,13 @@ class RobotTransport:
         robot = keys.robot_in(name)
         if robot is None or not life.isdigit() or int(life) >= 2**32:
             return
-        kind = RobotSeen if sample.kind == zenoh.SampleKind.PUT else RobotGone
-        self._deliver(kind(robot, int(life), session))
+        if sample.kind == zenoh.SampleKind.PUT:
+            self._gone.discard(session)
+            self._deliver(RobotSeen(robot, int(life), session))
+        else:
+            if len(self._gone) < _MOST_GONE:
+                self._gone.add(session)
+            self._deliver(RobotGone(robot, int(life), session))
 
     def _on_version(self, sample: zenoh.Sample) -> None:
         key = str(sample.key_expr)

@@ -42,7 +42,7 @@ def cabled(folder: Path, robots: int = 4, hz: float = 30.0) -> Iterator[Cabled]:
         made.endpoint = f"tcp/{lan[0].address}:7447"
         made.arena(robots, "--hz", str(hz), before=lan[0].before)
         for host in lan[1:]:
-            made.robot(before=host.before)
+            made.robot("--listen", f"tcp/{host.address}:7450", before=host.before)
         yield Cabled(made, made.observer(before=lan[0].before), lan[0], lan[1:])
 
 

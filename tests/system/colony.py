@@ -1,13 +1,11 @@
-"""Colonies of real processes, for tests: started, killed, stopped, paused, and watched from outside."""
+"""Colonies of real processes, for tests: put together, watched from outside, and ended."""
 
 import contextlib
-import os
 import signal
-import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
@@ -15,12 +13,26 @@ from typing import TypeVar
 import msgspec
 import psutil
 
+from crcolony.colony.mating import Limits
 from crcolony.colony.messages import Encounter
 from crcolony.colony.network import free_port
 from crcolony.colony.telemetry import Exchanged, State
 from tests.system.observer import Happened, Line, Stated, Token
+from tests.system.process import ROOT, Process, Robot, wait_until
 
-ROOT = Path(__file__).parents[2]
+__all__ = [
+    "BUSY",
+    "ROOT",
+    "Colony",
+    "Process",
+    "Robot",
+    "View",
+    "colony",
+    "crcolony",
+    "settings",
+    "settle",
+    "wait_until",
+]
 
 BUSY = (
     "life.agents=8",
@@ -40,116 +52,6 @@ BUSY = (
 def settings(*more: str) -> list[str]:
     """Return the words that set `BUSY`, and more."""
     return [word for setting in (*BUSY, *more) for word in ("--set", setting)]
-
-
-def wait_until(condition: Callable[[], object], what: str, within_s: float = 60.0) -> float:
-    """Wait for a condition, and return how long it took; fails, naming what was waited for."""
-    begun_s = time.monotonic()
-    while not condition():
-        if time.monotonic() - begun_s > within_s:
-            raise AssertionError(f"in {within_s:g} s it did not happen: {what}")
-        time.sleep(0.02)
-    return time.monotonic() - begun_s
-
-
-@dataclass
-class Process:
-    """A process whose output goes into a file. `before` are words in front of the command (another namespace)."""
-
-    command: list[str]
-    log: Path
-    before: tuple[str, ...] = ()
-    cwd: Path = ROOT
-    _running: subprocess.Popen[bytes] | None = None
-    _life_at: int = 0
-    """Where in the log its present life begins"""
-
-    def start(self) -> "Process":
-        """Start it, or start it again after it has ended."""
-        assert not self.is_running, "it runs already"
-        with self.log.open("ab") as log:
-            self._life_at = log.tell()
-            self._running = subprocess.Popen(
-                [*self.before, *self.command],
-                stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=log,
-                cwd=self.cwd,
-                env=os.environ | {"PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"},
-                start_new_session=True,
-            )
-        return self
-
-    @property
-    def is_running(self) -> bool:
-        return self._running is not None and self._running.poll() is None
-
-    @property
-    def pid(self) -> int:
-        assert self._running is not None
-        return self._running.pid
-
-    def signal(self, number: signal.Signals) -> None:
-        """Send it a signal, by its own pid."""
-        assert self._running is not None
-        self._running.send_signal(number)
-
-    def kill(self) -> None:
-        """kill -9, and wait until it is gone."""
-        assert self._running is not None
-        self._running.kill()
-        self._running.wait()
-
-    def stop(self, within_s: float = 30.0) -> float:
-        """SIGTERM; return how long it took to end well."""
-        begun_s = time.monotonic()
-        self.signal(signal.SIGTERM)
-        assert self.wait(within_s) == 0, self.said
-        return time.monotonic() - begun_s
-
-    def wait(self, within_s: float = 60.0) -> int:
-        """Wait until it has ended by itself, and return its exit code."""
-        assert self._running is not None
-        return self._running.wait(within_s)
-
-    @property
-    def said(self) -> str:
-        """What it has said in its present life."""
-        with self.log.open("rb") as log:
-            log.seek(self._life_at)
-            return log.read().decode(errors="replace")
-
-    def wait_for(self, words: str, count: int = 1, within_s: float = 60.0) -> None:
-        """Wait until it has said something, so many times, in its present life."""
-
-        def has_said() -> bool:
-            return self.said.count(words) >= count or not self.is_running
-
-        wait_until(has_said, f"{self.log.name} says {words!r}", within_s)
-        assert self.said.count(words) >= count, f"it ended without {words!r}: {self.said}"
-
-
-@dataclass
-class Robot(Process):
-    """A robot's process, and its memory."""
-
-    folder: Path = Path()
-
-    @property
-    def id(self) -> bytes:
-        """Its id, once it has said it."""
-        self.wait_for("robot ")
-        _, _, after = self.said.partition("robot ")
-        return bytes.fromhex(after.split()[0])
-
-    @property
-    def memory(self) -> Path:
-        return self.folder / "memory.sqlite"
-
-    @property
-    def has_body(self) -> bool:
-        """Whether it has had a body in its present life."""
-        return "has body" in self.said
 
 
 Kind = TypeVar("Kind", Token, Stated, Happened)
@@ -247,6 +149,7 @@ class Colony:
     def __init__(self, folder: Path, *more: str) -> None:
         self.folder = folder
         self.endpoint = f"tcp/127.0.0.1:{free_port()}"
+        self.arenas: list[Process] = []
         self.robots: list[Robot] = []
         self.processes: list[Process] = []
         self._settings = settings(*more)
@@ -258,7 +161,9 @@ class Colony:
         if not {"--listen", "--interface", "--client"} & set(words):
             words = (*words, "--listen", self.endpoint)
         out = ["--arena", name, "--robots", str(places), "--out", str(self.folder / name)]
-        return self.start(name, "arena", *self._settings, *out, *words, before=before)
+        arena = self.start(name, "arena", *self._settings, *out, *words, before=before)
+        self.arenas.append(arena)
+        return arena
 
     def robot(self, *words: str, before: tuple[str, ...] = ()) -> Robot:
         """Start one more robot."""
@@ -298,6 +203,22 @@ class Colony:
     def memories(self) -> list[Path]:
         """Where the robots' memories are."""
         return [robot.memory for robot in self.robots]
+
+    def calm_down(self, view: View) -> None:
+        """Stop the arenas, let the robots end what is under way between them, and stop them, which saves them."""
+        for arena in self.arenas:
+            arena.stop()
+        stopped_s = time.monotonic()
+
+        def is_calm() -> bool:
+            states = view.fresh(self.ids)
+            is_over = time.monotonic() > stopped_s + Limits().contact_s + 1.5
+            return (
+                is_over and len(states) == len(self.robots) and not any(s.waiting for s in states)
+            )
+
+        wait_until(is_calm, "no robot has a body or waits for another")
+        self.stop_robots()
 
     def stop_robots(self) -> None:
         """Stop all robots, which saves them."""

@@ -60,6 +60,10 @@ class Host:
         """Plug the cable into one of the two bridges of the switch: `left` or `right`."""
         run("ip", "-n", self.switch, "link", "set", self.port, "master", bridge)
 
+    def ignore(self, other: "Host") -> None:
+        """Lose all that comes from one other host, until `lose` says what is lost."""
+        run(*self.before, "iptables", "-A", "INPUT", "-s", other.address, "-j", "DROP")
+
     def lose(self, share: float) -> None:
         """Lose this share of the packets that arrive here; what is sent is not touched."""
         run(*self.before, "iptables", "-F", "INPUT")

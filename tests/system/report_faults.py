@@ -42,7 +42,7 @@ def main() -> None:
             )
         report_reconvergence(lan, options.repeats)
         report_loss(lan, options.seconds)
-        lan.colony.stop_robots()
+        lan.colony.calm_down(lan.view)
         print(f"in the end: {check_ledger(lan.colony.memories)}")
 
 

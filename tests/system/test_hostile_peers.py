@@ -17,7 +17,7 @@ from tests.system.colony import crcolony, settle, wait_until
 from tests.system.ledger import check_ledger
 from tests.system.siege import HZ, Figures, Siege, siege
 
-CALM_S, ATTACK_S = 4.0, 6.0
+CALM_S, ATTACK_S = 3.0, 6.0
 LEAST_MATINGS = 0.6
 """Of the calm rate; the promise is 0.9."""
 LATEST = 1.5

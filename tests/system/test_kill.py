@@ -25,8 +25,9 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Colony, 
         made.arena(6, *CLOCK)
         for _ in range(5):
             made.robot()
-        yield made, made.observer()
-        made.stop_robots()
+        view = made.observer()
+        yield made, view
+        made.calm_down(view)
         check_ledger(made.memories)
 
 
@@ -46,7 +47,7 @@ def test_sixty_kills_leave_an_exact_ledger(tmp_path: Path) -> None:
             robot.start()
         during = len(view.exchanges(begun))
         settle(made, view)
-        made.stop_robots()
+        made.calm_down(view)
         ledger = check_ledger(made.memories)
         told = view.exchanges()
         assert len(set(told)) == len(told), "a robot decided twice about an encounter"
@@ -57,7 +58,6 @@ def test_sixty_kills_leave_an_exact_ledger(tmp_path: Path) -> None:
             lives = view.lives[robot.id]
             assert len(lives) > 1
             assert lives == sorted(set(lives)), "every life is newer than the one before"
-        print(during, ledger)
 
 
 def test_frozen_robots_hold_nobody_up_and_come_back(running: tuple[Colony, View]) -> None:
@@ -102,7 +102,8 @@ def test_an_arena_that_is_killed_and_started_again_is_found_by_its_robots(
     """Nature dies: the robots live on without bodies, find the new arena, and evolve on as the same processes."""
     made, view = running
     settle(made, view)
-    arena = made.processes[0]
+    (arena,) = made.arenas
+    wait_until((made.folder / "arena" / "arena.npz").exists, "the arena is saved")
     had = {robot.pid: robot.said.count("has body") for robot in made.robots}
     arena.kill()
     for robot in made.robots:
@@ -147,7 +148,7 @@ def test_robots_wait_for_their_arena_and_lockstep_does_not_wait_for_the_dead(
         robots[0].start()
         wait_until(lambda: go_on(0), "it goes on, too")
         settle(made, view)
-        made.stop_robots()
+        made.calm_down(view)
         check_ledger(made.memories)
 
 
@@ -186,4 +187,4 @@ def test_launch_starts_again_what_is_killed(tmp_path: Path) -> None:
         launched.stop()
         assert not any(child.is_running() for child in children)
         assert "history hash: " in launched.said
-    check_ledger(sorted(run.glob("robots/*/memory.sqlite")))
+    check_ledger(sorted(run.glob("robots/*/memory.sqlite")), is_calm=False)

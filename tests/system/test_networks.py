@@ -30,7 +30,7 @@ def test_robots_of_a_lan_find_each_other_by_multicast(tmp_path: Path) -> None:
         view = made.observer(*by_multicast, before=lan[0].before)
         settle(made, view)
         view.wait_for_matings(2)
-        made.stop_robots()
+        made.calm_down(view)
         check_ledger(made.memories)
 
 
@@ -53,7 +53,7 @@ def test_the_colony_goes_on_when_one_of_two_routers_is_killed(tmp_path: Path) ->
         settle(made, view)
         view.wait_for_matings(4)
         assert all(robot.is_running for robot in made.robots)
-        made.stop_robots()
+        made.calm_down(view)
         check_ledger(made.memories)
 
 
@@ -73,7 +73,7 @@ def test_two_colonies_share_an_arena_and_never_mate_across(tmp_path: Path) -> No
         wait_until(are_settled, "all have bodies, and each sees the other of its colony")
         for robot in made.ids:
             view.wait_for_matings(2, robot)
-        made.stop_robots()
+        made.calm_down(view)
         check_ledger(made.memories)
         for number, other in ((0, reds[1]), (1, reds[0]), (2, blues[1]), (3, blues[0])):
             assert partners(made, number) == {other}
@@ -92,7 +92,7 @@ def test_one_colony_lives_in_two_arenas(tmp_path: Path) -> None:
         assert [view.states[robot].arena for robot in made.ids] == ["one", "one", "two", "two"]
         for robot in made.ids:
             view.wait_for_matings(2, robot)
-        made.stop_robots()
+        made.calm_down(view)
         check_ledger(made.memories)
         for number, other in ((0, 1), (1, 0), (2, 3), (3, 2)):
             assert partners(made, number) == {made.ids[other]}
@@ -127,7 +127,7 @@ def test_hosted_robots_mate_with_robots_of_other_processes(tmp_path: Path) -> No
         made.stop_robots()
         host.stop()
         memories = hosted(made, tmp_path / "host", 20)
-        check_ledger([*made.memories, *memories])
+        check_ledger([*made.memories, *memories], is_calm=False)
         assert len(read_chronicle([*made.memories, *memories]).robots) == 22
         own = set(made.ids)
         assert all(partners(made, number) - own for number in range(2))

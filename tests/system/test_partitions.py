@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.system.cabled import FAULTS, Cabled, Fault, cabled, detection_s
+from tests.system.cabled import FAULTS, Cabled, Fault, cabled, detection_s, outcomes
 from tests.system.colony import wait_until
 from tests.system.ledger import check_ledger
 from tests.system.namespaces import needs_namespaces
@@ -20,7 +20,7 @@ def lan(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cabled]:
         made.settle()
         yield made
         made.settle()
-        made.colony.stop_robots()
+        made.colony.calm_down(made.view)
         ledger = check_ledger(made.colony.memories)
         assert ledger.matings > 50
 
@@ -49,9 +49,11 @@ def test_one_way_loss_slows_matings_and_breaks_none(lan: Cabled, share: float) -
     lan.settle()
     lan.lose(share, both_ways=False)
     try:
+        found = outcomes(lan, 2.0)
         lan.view.wait_for_matings(8)
     finally:
         lan.lose(0.0, both_ways=False)
+    assert found["orphaned"] == 0
     lan.settle()
 
 
@@ -72,6 +74,20 @@ def test_each_half_of_a_split_network_goes_on_by_itself(lan: Cabled) -> None:
     lan.settle()
     for robot in far:
         lan.view.wait_for_matings(2, robot)
+
+
+def test_two_robots_that_lost_each_other_alone_find_each_other_by_meeting(lan: Cabled) -> None:
+    """The link between two robots dies while both keep the arena: they meet, and come onto the network anew."""
+    lan.settle()
+    one, other = lan.colony.ids[:2]
+    lan.hosts[0].ignore(lan.hosts[1])
+    lan.hosts[1].ignore(lan.hosts[0])
+    try:
+        wait_until(lambda: lan.view.sees([one, other], 2), "each sees all but the other", 10.0)
+    finally:
+        lan.hosts[0].lose(0.0)
+        lan.hosts[1].lose(0.0)
+    lan.settle()
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)

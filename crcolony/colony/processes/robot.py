@@ -7,6 +7,7 @@ import msgspec
 import zenoh
 
 from crcolony.colony import telemetry
+from crcolony.colony.identity import RobotId
 from crcolony.colony.messages import (
     VERSION,
     Action,
@@ -41,12 +42,15 @@ from crcolony.errors import Refusal
 from crcolony.robot.batch import habits_of
 from crcolony.world.settings import CyberRodent
 
-STATE_PERIOD_S = 0.5
+STATE_PERIOD_S, _NEWS_S = 0.5, 0.1
+"""How often a robot tells how it is, and how soon after another has come."""
 _JOIN_RETRY_S = 1.0
 _SILENCE_S = 3.0
 """Without an observation for so long a robot asks for its body again."""
 _LONGEST_WAIT_S = 0.5
 _REOPEN_S, _COMPLAINT_S = 60.0, 30.0
+_UNSEEN_S = 5.0
+"""Who is met and not seen for so long is cut off from this robot alone: a mesh that is whole but for that stays so."""
 
 
 class TwinError(Refusal):
@@ -74,6 +78,8 @@ class RobotProcess:
         self._wanted_place = wanted_place
         self._reopen, self._say = reopen, say
         self._reopen_due_s = 0.0
+        self._unseen: dict[RobotId, float] = {}
+        """Robots that were met and cannot be seen on the network, and since when"""
         self._complaint_s = time.monotonic() + _SILENCE_S
         self._place: Embodied | None = None
         self._answer: bytes | None = None
@@ -115,7 +121,9 @@ class RobotProcess:
                 node.receive(now_s, letter)
                 self._answer_if_settled()
             case RobotSeen(robot=robot, life=life, session=session):
+                self._unseen.pop(robot, None)
                 node.robot_seen(now_s, robot, life, session)
+                self._state_s = min(self._state_s, now_s + _NEWS_S)
             case RobotGone(robot=robot, life=life, session=session):
                 node.robot_gone(now_s, robot, life, session)
                 self._answer_if_settled()
@@ -203,6 +211,8 @@ class RobotProcess:
         node = self._node
         self._answer = None
         self._action = encode(Action(observation.tick, pack_row(action)))  # type: ignore[arg-type]
+        if observation.contact is not None:
+            self._look_for(now_s, observation.contact.robot)
         node.attend(now_s, observation.tick, observation.contact)
         self._answer_if_settled()
 
@@ -242,14 +252,27 @@ class RobotProcess:
                 " every robot needs a key of its own"
             )
         strangers = self._transport.peers_without_token(now_s)
-        if strangers and now_s >= self._reopen_due_s:
-            self._reopen_due_s = now_s + _REOPEN_S
-            self._say_fault(f"peer {strangers[0]} has no token: coming onto the network anew")
-            self._transport.move_to(self._reopen())
-            node.session = self._transport.name
+        if strangers:
+            self._come_anew(now_s, f"peer {strangers[0]} has no token")
         if now_s >= self._snapshot_due_s:
             self._snapshot_due_s = now_s + self._snapshot_s
             node.save()
+
+    def _look_for(self, now_s: float, met: RobotId) -> None:
+        """Notice that a link is lost, though both see the arena: a robot's body is met, and its token is not seen."""
+        if met in self._node.peers:
+            self._unseen.pop(met, None)
+        elif now_s - self._unseen.setdefault(met, now_s) >= _UNSEEN_S:
+            self._come_anew(now_s, f"robot {met.hex()[:8]} is met and cannot be seen")
+
+    def _come_anew(self, now_s: float, why: str) -> None:
+        if now_s < self._reopen_due_s:
+            return
+        self._reopen_due_s = now_s + _REOPEN_S
+        self._unseen.clear()
+        self._say_fault(f"{why}: coming onto the network anew")
+        self._transport.move(self._reopen)
+        self._node.session = self._transport.name
 
     def _say_fault(self, what: str) -> None:
         self._node.fault(what)

@@ -9,7 +9,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,9 +24,6 @@ from crcolony.colony.telemetry import Event
 from crcolony.colony.zenoh_transport import Inbox, RobotTransport
 from crcolony.config import Config
 from crcolony.world.body import OBSERVATION_WIDTH
-
-if TYPE_CHECKING:
-    pass
 
 MEMORY, KEY, WORLD = "memory.sqlite", "key", "arena.npz"
 """What the folders of robots and arenas hold."""

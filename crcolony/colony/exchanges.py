@@ -160,28 +160,37 @@ class Exchanges:
         return True
 
     def _carry_out(self, now_s: float, effects: list[Effect]) -> None:
+        """Carry out effects in their order; observers hear of them when the partner has heard."""
+        exchanged: tuple[Record, Decision] | None = None
+        notes: list[Note] = []
         for effect in effects:
             match effect:
                 case Write():
-                    if not self._write(effect):
+                    try:
+                        exchanged = self._write(effect)
+                    except StoreFull:
                         self._carry_out(now_s, self.mating.undo(now_s, effect))
-                        return
+                        break
                 case Send(to=to, message=message):
                     self._send(to, messages.seal(message, self._colony, self._identity))
                 case Note():
-                    self.counts[effect.outcome] += 1
-                    self._parent.noted(effect)
+                    notes.append(effect)
+        if exchanged is not None:
+            self._parent.exchanged(*exchanged)
+        for note in notes:
+            self.counts[note.outcome] += 1
+            self._parent.noted(note)
 
-    def _write(self, write: Write) -> bool:
-        """Put records, and the decision that goes with one, on the disk; return False if it has no room."""
+    def _write(self, write: Write) -> tuple[Record, Decision] | None:
+        """Put records, and the decision that goes with one, on the disk; return the two. Raises StoreFull."""
         decided = write.decided
-        decision = self._parent.decide(decided) if decided else None
+        if decided is None:
+            self._memory.write(write.records)
+            return None
+        decision = self._parent.decide(decided)
         try:
             self._memory.write(write.records, decided, decision)
         except StoreFull:
-            if decision is not None:
-                self._parent.undecide()
-            return False
-        if decided is not None and decision is not None:
-            self._parent.exchanged(decided, decision)
-        return True
+            self._parent.undecide()
+            raise
+        return decided, decision

@@ -106,7 +106,8 @@ class Head:
 
     def include(self, digest: bytes) -> None:
         """Count a row in, or out if it was in."""
-        self.total = bytes(a ^ b for a, b in zip(self.total, digest, strict=True))
+        total = int.from_bytes(self.total) ^ int.from_bytes(digest)
+        self.total = total.to_bytes(_DIGEST_BYTES)
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,13 @@ PORT = 7447
 HERE = f"tcp/127.0.0.1:{PORT}"
 """Where processes of one machine find each other, unless told otherwise."""
 
+_ONE_THREAD = (
+    "(app: (worker_threads: 1), rx: (handover: app), tx: (handover: app),"
+    " net: (handover: app), acc: (handover: app))"
+)
+"""All of Zenoh's work on one thread: a robot has little of it, and every hand-over between threads costs a third of
+a round trip. Our callbacks never wait, so that one thread is enough; a router has more to do, and keeps Zenoh's own."""
+
 MESH_ROBOTS = 32
 """Beyond so many robots a full mesh costs more than it gives."""
 
@@ -46,6 +53,8 @@ class Network(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
 def open_session(network: Network) -> zenoh.Session:
     """Come onto the network; raises NetworkError naming the endpoint and the reason."""
     zenoh.init_log_from_env_or("error")
+    if network.role != "router":
+        os.environ.setdefault("ZENOH_RUNTIME", _ONE_THREAD)
     try:
         session = zenoh.open(zenoh.Config.from_json5(json.dumps(zenoh_config(network))))
     except zenoh.ZError as error:

@@ -165,8 +165,8 @@ class RobotNode:
         # Whoever is not on the disk yet mates with nobody: after a crash its name may be another's.
         if contact is not None and events & MET and not self._has_unsaved_births:
             own = self.robot.exchange()
-            self._tell(Met(tick, contact.robot, own.agent))
             self._exchanges.meet(now_s, contact, Offer(own.agent, pack_genes(own.genes)), tick)
+            self._tell(Met(tick, contact.robot, own.agent))
 
     def finish_step(self) -> None:
         """Hand over to the next agent where a slice is over, and turn over the generation after the last."""

@@ -44,16 +44,15 @@ def run_launch(launch: Launch) -> int:
     """Run until told to stop or until all robots are done; say what has come of it. Raises Refusal."""
     console = Console()
     _prepare(launch)
-    woken = threading.Event()
-    stop = Stop(launch.minutes, wake=woken.set)
-    signal.signal(signal.SIGHUP, lambda *_: os.kill(os.getpid(), signal.SIGTERM))
     networks = networks_of(launch)
     children = children_of(launch, networks)
     _greet(console, launch, networks.endpoint)
     started_s = time.monotonic()
     with _running(children, launch.config), _session(networks.robots) as session:
-        watcher = Watcher(session, launch.colony)
-        _attend(console, children, watcher, stop, woken)
+        woken = threading.Event()
+        stop = Stop(launch.minutes, wake=woken.set)
+        signal.signal(signal.SIGHUP, lambda *_: os.kill(os.getpid(), signal.SIGTERM))
+        _attend(console, children, Watcher(session, launch.colony), stop, woken)
     console.print(f"stopped after {time.monotonic() - started_s:.0f} s", highlight=False)
     say_summary(console, launch.folder, launch.config)
     return EXIT_OK if not any(child.ended not in ("", "done") for child in children) else 1
@@ -71,7 +70,7 @@ def _attend(
     said_s, is_discovered = time.monotonic(), False
     started_s = time.monotonic()
     with _display(console) as live:
-        while not stop() and not all(child.is_over for child in robots):
+        while not stop() and not _is_over(children):
             woken.wait(_REFRESH_S)
             now_s = time.monotonic()
             for child in children:
@@ -90,6 +89,12 @@ def _attend(
                 said_s = now_s
                 with watcher.lock:
                     console.print(plain_line(watcher.watch), highlight=False, soft_wrap=True)
+
+
+def _is_over(children: list[Child]) -> bool:
+    """Whether all robots are done, or the arena or router will not run."""
+    robots = [child.is_over for child in children if child.is_robot]
+    return all(robots) or any(child.is_over for child in children if not child.is_robot)
 
 
 def _session(network: Network) -> zenoh.Session:

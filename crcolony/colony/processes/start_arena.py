@@ -2,14 +2,16 @@
 
 import secrets
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from crcolony.colony.arena_node import ArenaNode
 from crcolony.colony.network import Network, open_session
-from crcolony.colony.processes.arena import ArenaProcess, restore_arena
 from crcolony.colony.processes.start import WORLD, make_folder, say
 from crcolony.colony.processes.stopping import Stop
 from crcolony.colony.zenoh_transport import ArenaTransport, Inbox
 from crcolony.config import Config, ConfigError
+
+if TYPE_CHECKING:
+    from crcolony.colony.arena_node import ArenaNode
 
 
 def run_arena(
@@ -20,20 +22,24 @@ def run_arena(
     expect: int,
     folder: Path | None,
 ) -> None:
-    """Run an arena until told to stop; `wall_period_s` None is lockstep. Raises Refusal."""
+    """Run an arena until told to stop; `wall_period_s` None is lockstep. Raises Refusal.
 
+    It is on the network at once, so that robots find each other while the world is imported and compiled.
+    """
     inbox = Inbox()
     stop = Stop(wake=inbox.wake)
-    new_arena(config, 0, lockstep=False, expect=0).advance()  # compiles before anybody waits
     world = secrets.randbelow(2**62)
-    node = new_arena(config, world, wall_period_s is None, expect)
-    checkpoint = None
-    if folder is not None:
-        make_folder(folder)
-        checkpoint = folder / WORLD
-        if restore_arena(node, checkpoint):
-            say(f"goes on from tick {node.tick}")
     with open_session(network) as session:
+        from crcolony.colony.processes.arena import ArenaProcess, restore_arena
+
+        new_arena(config, 0, lockstep=False, expect=0).advance()  # compiles before anybody waits
+        node = new_arena(config, world, wall_period_s is None, expect)
+        checkpoint = None
+        if folder is not None:
+            make_folder(folder)
+            checkpoint = folder / WORLD
+            if restore_arena(node, checkpoint):
+                say(f"goes on from tick {node.tick}")
         transport = ArenaTransport(session, name, world, inbox.deliver)
         process = ArenaProcess(node, name, transport, inbox, wall_period_s, checkpoint, say)
         say(f"arena {name} with {config.robots} places, {_clock_in_words(wall_period_s)}")

@@ -1,8 +1,9 @@
 """Notices a process on the network whose liveliness token never arrived.
 
 In meshes of a hundred that start at once, Zenoh was seen to lose tokens for good though every link was up. Every
-process of ours has a token that names its session, so a connected peer without one is such a case; a fresh session
-mends it.
+process of ours has a token that names its session, so a connected peer without one is such a case, or a stranger: any
+Zenoh program may be one. So this is told, and nothing is done about it; a robot that meets one it cannot see has better
+evidence (`processes/robot.py`).
 """
 
 import threading
@@ -25,10 +26,11 @@ class TokenCheck:
         self._seen: set[str] = set()
         self._missing: dict[str, float] = {}
         """Peers without a token, and since when"""
+        self._told: set[str] = set()
         self._due_s = 0.0
 
     def look(self, now_s: float) -> list[str]:
-        """Return the peers that have been without a token for too long."""
+        """Return the peers that have been without a token for too long, each once."""
         if now_s < self._due_s:
             return []
         is_first = self._due_s == 0.0
@@ -42,7 +44,10 @@ class TokenCheck:
         if is_first:  # nothing was asked before
             return []
         self._missing = {peer: self._missing.get(peer, now_s) for peer in peers - seen}
-        return [peer for peer, since_s in self._missing.items() if now_s - since_s >= _PATIENCE_S]
+        late = [peer for peer, at_s in self._missing.items() if now_s - at_s >= _PATIENCE_S]
+        news = [peer for peer in late if peer not in self._told]
+        self._told = set(late)
+        return news
 
     def _on_token(self, reply: zenoh.Reply) -> None:
         if reply.ok is not None:

@@ -30,6 +30,7 @@ from crcolony.colony.transport import (
     Arrival,
     Asked,
     Mail,
+    NetworkError,
     Observed,
     Placed,
     RobotGone,
@@ -37,6 +38,7 @@ from crcolony.colony.transport import (
     StrangerSeen,
 )
 from crcolony.colony.zenoh_transport import Inbox, RobotTransport
+from crcolony.compiled import FloatArray
 from crcolony.config import Config
 from crcolony.errors import Refusal
 from crcolony.robot.batch import habits_of
@@ -49,6 +51,7 @@ _SILENCE_S = 3.0
 """Without an observation for so long a robot asks for its body again."""
 _LONGEST_WAIT_S = 0.5
 _REOPEN_S, _COMPLAINT_S = 60.0, 30.0
+_MOST_UNSEEN = 1000
 _UNSEEN_S = 5.0
 """Who is met and not seen for so long is cut off from this robot alone: a mesh that is whole but for that stays so."""
 
@@ -82,16 +85,19 @@ class RobotProcess:
         """Robots that were met and cannot be seen on the network, and since when"""
         self._complaint_s = time.monotonic() + _SILENCE_S
         self._place: Embodied | None = None
+        self._action = b""
+        """For the last observation"""
         self._answer: bytes | None = None
-        """The action for the last observation; None while a mating holds it back"""
+        """The same, once it may be said: a mating holds it back"""
         self._tick = -1
         self._observed_s = self._join_s = self._state_s = 0.0
         self._snapshot_s = snapshot_s
         self._snapshot_due_s = time.monotonic() + snapshot_s
-        self._told_matings = 0
+        self._is_stopped: Callable[[], bool] = lambda: False
 
     def run(self, is_stopped: Callable[[], bool]) -> None:
         """Live until told to stop or until the last generation of the config; everything is saved then."""
+        self._is_stopped = is_stopped
         self._node.session = self._transport.name
         self._node.begin(time.monotonic())
         self._transport.host(self._node.id, self._node.life)
@@ -175,9 +181,7 @@ class RobotProcess:
         if self._place is None or place.world != self._place.world:
             self._say(f"has body {place.place} in arena {self._arena}")
             self._tick = -1
-        self._tick = min(
-            self._tick, place.tick
-        )  # who was told of a tick that is not yet, looks again
+        self._tick = min(self._tick, place.tick)  # of a tick that is not yet, somebody lied
         self._place, self._observed_s = place, now_s
         self._node.arena = self._arena
         if self._wanted_place < 0:
@@ -207,10 +211,9 @@ class RobotProcess:
         self._observed_s, self._tick = now_s, observation.tick
         self._live(now_s, observation, self._node.robot.step(row))
 
-    def _live(self, now_s: float, observation: Observation, action: "object") -> None:
+    def _live(self, now_s: float, observation: Observation, action: FloatArray) -> None:
         node = self._node
-        self._answer = None
-        self._action = encode(Action(observation.tick, pack_row(action)))  # type: ignore[arg-type]
+        self._answer, self._action = None, encode(Action(observation.tick, pack_row(action)))
         if observation.contact is not None:
             self._look_for(now_s, observation.contact.robot)
         node.attend(now_s, observation.tick, observation.contact)
@@ -251,9 +254,8 @@ class RobotProcess:
                 f"robot {node.id.hex()} lives already in another process (session {twin});"
                 " every robot needs a key of its own"
             )
-        strangers = self._transport.peers_without_token(now_s)
-        if strangers:
-            self._come_anew(now_s, f"peer {strangers[0]} has no token")
+        for peer in self._transport.peers_without_token(now_s):
+            self._say_fault(f"peer {peer} has no token: a stranger, or a robot that is not seen")
         if now_s >= self._snapshot_due_s:
             self._snapshot_due_s = now_s + self._snapshot_s
             node.save()
@@ -262,6 +264,8 @@ class RobotProcess:
         """Notice that a link is lost, though both see the arena: a robot's body is met, and its token is not seen."""
         if met in self._node.peers:
             self._unseen.pop(met, None)
+        elif len(self._unseen) >= _MOST_UNSEEN:
+            self._unseen.clear()
         elif now_s - self._unseen.setdefault(met, now_s) >= _UNSEEN_S:
             self._come_anew(now_s, f"robot {met.hex()[:8]} is met and cannot be seen")
 
@@ -271,8 +275,15 @@ class RobotProcess:
         self._reopen_due_s = now_s + _REOPEN_S
         self._unseen.clear()
         self._say_fault(f"{why}: coming onto the network anew")
-        self._transport.move(self._reopen)
-        self._node.session = self._transport.name
+        while not self._is_stopped():
+            try:
+                self._transport.move(self._reopen)
+            except NetworkError as error:  # a router that is away just now
+                self._say(f"{error}; trying again")
+                self._inbox.get(_LONGEST_WAIT_S)
+            else:
+                self._node.session = self._transport.name
+                return
 
     def _say_fault(self, what: str) -> None:
         self._node.fault(what)

@@ -14,8 +14,8 @@ import numpy as np
 from crcolony.colony.history import Born, Died, Event, HistoryHash, Lived, Mated, TurnedOver
 from crcolony.colony.identity import RobotId
 from crcolony.colony.mating import Record
+from crcolony.colony.memory.store import Decision, Memory, read_memory
 from crcolony.colony.messages import Encounter
-from crcolony.colony.store import Decision, Memory, read_memory
 from crcolony.colony.summary import QUANTILES
 from crcolony.robot.genes import META_PARAMETERS
 from crcolony.robot.modules import MODULES

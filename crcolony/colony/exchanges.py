@@ -13,8 +13,8 @@ from typing import Protocol
 from crcolony.colony import messages
 from crcolony.colony.identity import AllowList, Identity, RobotId
 from crcolony.colony.mating import Effect, Limits, Mating, Note, Offer, Record, Send, Write
+from crcolony.colony.memory.store import Decision, Store, StoreFull
 from crcolony.colony.messages import Accept, Contact, Propose, WireError
-from crcolony.colony.store import Decision, Store, StoreFull
 from crcolony.evolution.genotype import Schema
 
 _EARLY = 32

@@ -60,7 +60,7 @@ def add_inspect(parser: argparse.ArgumentParser) -> None:
 
 
 def _inspect(options: argparse.Namespace) -> int:
-    from crcolony.colony.inspecting import inspect_memory
+    from crcolony.colony.memory.inspecting import inspect_memory
 
     inspect_memory(options.file, options.csv)
     return EXIT_OK

@@ -20,7 +20,7 @@ def add_simulate(parser: argparse.ArgumentParser) -> None:
 def _simulate(options: argparse.Namespace) -> int:
     from collections import Counter
 
-    from crcolony.colony.simulation import simulate
+    from crcolony.colony.simulation.colony import simulate
 
     if options.seeds < 1 or options.seed < 0:
         raise UsageError("--seeds must be at least 1, and --seed at least 0")

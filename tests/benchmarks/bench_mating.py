@@ -18,14 +18,15 @@ from pathlib import Path
 
 from crcolony.colony import messages
 from crcolony.colony.identity import Identity
+from crcolony.colony.inbox import Inbox
+from crcolony.colony.memory.store import Store
 from crcolony.colony.messages import Accept, Commit, Contact, Done, Encounter, Propose
 from crcolony.colony.network import Network, open_session
 from crcolony.colony.node import RobotNode
 from crcolony.colony.raising import own_streams, raise_robots
-from crcolony.colony.store import Store
 from crcolony.colony.telemetry import Event, Exchanged
 from crcolony.colony.transport import Mail, RobotSeen
-from crcolony.colony.zenoh_transport import Inbox, RobotTransport
+from crcolony.colony.zenoh_transport import RobotTransport
 from crcolony.config import Config
 from crcolony.robot.genes import agent_schema
 from crcolony.robot.state import MET

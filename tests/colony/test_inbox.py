@@ -2,8 +2,8 @@
 
 import threading
 
+from crcolony.colony.inbox import Inbox
 from crcolony.colony.transport import Arrival, Asked, Mail, Observed, RobotGone, RobotSeen
-from crcolony.colony.zenoh_transport import Inbox
 
 ROBOT = bytes(16)
 SEEN, GONE = RobotSeen(ROBOT, 1, "s"), RobotGone(ROBOT, 1, "s")

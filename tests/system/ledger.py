@@ -7,8 +7,8 @@ from pathlib import Path
 
 from crcolony.colony.chronicle import chronicle_of
 from crcolony.colony.history import Born, TurnedOver
+from crcolony.colony.memory.store import Memory, read_memory
 from crcolony.colony.messages import pack_genes
-from crcolony.colony.store import Memory, read_memory
 
 
 @dataclass(frozen=True)

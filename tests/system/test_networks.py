@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from crcolony.colony.chronicle import read_chronicle
+from crcolony.colony.memory.store import read_memory
 from crcolony.colony.network import free_port
-from crcolony.colony.store import read_memory
 from tests.system.colony import Colony, colony, settings, settle, wait_until
 from tests.system.ledger import check_ledger
 from tests.system.namespaces import hosts, needs_namespaces

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from crcolony.colony.store import read_memory
+from crcolony.colony.memory.store import read_memory
 from tests.system.colony import ROOT, Colony, Process, View, colony, settings, wait_until
 from tests.system.ledger import check_ledger
 from tests.system.namespaces import Host, hosts, needs_namespaces

@@ -13,10 +13,11 @@ from crcolony.colony.arena_node import ArenaNode
 from crcolony.colony.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
 from crcolony.colony.exchanges import Bucket
 from crcolony.colony.identity import RobotId
+from crcolony.colony.inbox import Inbox
 from crcolony.colony.messages import Leave, Refused, WireError, decode_action, decode_join, encode
 from crcolony.colony.results import ResultsError, replace_file
 from crcolony.colony.transport import Acted, Arrival, Asked, RobotGone, RobotSeen
-from crcolony.colony.zenoh_transport import ArenaTransport, Inbox
+from crcolony.colony.zenoh_transport import ArenaTransport
 
 _SCENE_PERIOD_S = 0.1
 _REPEAT_S = 0.5

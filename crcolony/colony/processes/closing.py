@@ -9,10 +9,10 @@ from rich.console import Console
 
 from crcolony.colony.chronicle import Chronicle, generations_of, read_chronicle
 from crcolony.colony.history import Mated
+from crcolony.colony.memory.store import StoreError
 from crcolony.colony.plots import PlotsError, draw_plots
 from crcolony.colony.processes.start import MEMORY
 from crcolony.colony.results import ResultsError, replace_file, write_history, write_table
-from crcolony.colony.store import StoreError
 from crcolony.config import Config
 from crcolony.robot.genes import agent_schema
 

@@ -15,6 +15,8 @@ from rich.console import Console
 
 from crcolony.colony.arena_node import ArenaNode
 from crcolony.colony.identity import RobotId, create_key, load_key
+from crcolony.colony.inbox import Inbox
+from crcolony.colony.memory.store import Store
 from crcolony.colony.messages import Contact, Join, WireError, encode
 from crcolony.colony.network import Network, open_session
 from crcolony.colony.node import RobotNode
@@ -26,9 +28,8 @@ from crcolony.colony.processes.start_arena import new_arena
 from crcolony.colony.processes.stopping import Stop
 from crcolony.colony.raising import own_streams, raise_robots
 from crcolony.colony.results import keep_config
-from crcolony.colony.store import Store
 from crcolony.colony.transport import Arrival, Asked, Mail, RobotGone, RobotSeen
-from crcolony.colony.zenoh_transport import ArenaTransport, Inbox, RobotTransport
+from crcolony.colony.zenoh_transport import ArenaTransport, RobotTransport
 from crcolony.config import Config
 from crcolony.robot.state import Habits, Robots
 from crcolony.robot.step import step_robots

@@ -8,6 +8,7 @@ import zenoh
 
 from crcolony.colony import telemetry
 from crcolony.colony.identity import RobotId
+from crcolony.colony.inbox import Inbox
 from crcolony.colony.messages import (
     VERSION,
     Action,
@@ -37,7 +38,7 @@ from crcolony.colony.transport import (
     RobotSeen,
     StrangerSeen,
 )
-from crcolony.colony.zenoh_transport import Inbox, RobotTransport
+from crcolony.colony.zenoh_transport import RobotTransport
 from crcolony.compiled import FloatArray
 from crcolony.config import Config
 from crcolony.errors import Refusal

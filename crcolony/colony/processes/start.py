@@ -13,15 +13,16 @@ from pathlib import Path
 import numpy as np
 
 from crcolony.colony.identity import AllowList, Identity, create_key, load_key
+from crcolony.colony.inbox import Inbox
+from crcolony.colony.memory.store import Store
 from crcolony.colony.network import Network, open_session
 from crcolony.colony.node import RobotNode
 from crcolony.colony.processes.robot import RobotProcess, in_words
 from crcolony.colony.processes.stopping import Stop
 from crcolony.colony.raising import numbered_streams, own_streams, raise_robots
 from crcolony.colony.results import ResultsError
-from crcolony.colony.store import Store
 from crcolony.colony.telemetry import Event
-from crcolony.colony.zenoh_transport import Inbox, RobotTransport
+from crcolony.colony.zenoh_transport import RobotTransport
 from crcolony.config import Config
 from crcolony.world.body import OBSERVATION_WIDTH
 

@@ -15,11 +15,11 @@ import pytest
 from crcolony.colony import messages
 from crcolony.colony.exchanges import Exchanges
 from crcolony.colony.mating import Effect, Mating, Record, Send
+from crcolony.colony.memory.store import Decision, Store
 from crcolony.colony.messages import Accept
 from crcolony.colony.node import RobotNode
-from crcolony.colony.simulated_faults import Faults, draw_faults
-from crcolony.colony.simulation import Report, simulate
-from crcolony.colony.store import Decision, Store
+from crcolony.colony.simulation.colony import Report, simulate
+from crcolony.colony.simulation.faults import Faults, draw_faults
 
 SEEDS, CHUNK = int(os.environ.get("SIMULATED_SEEDS", "200")), 10
 
@@ -87,7 +87,7 @@ class TestPromises:
 class TestRepeatability:
     def test_a_seed_is_a_colony(self) -> None:
         """The same seed gives the same history and the same words, whatever hashes Python uses; another seed others."""
-        code = "from crcolony.colony.simulation import simulate; print(repr(simulate(3)))"
+        code = "from crcolony.colony.simulation.colony import simulate; print(repr(simulate(3)))"
         runs = {
             subprocess.run(
                 [sys.executable, "-c", code],

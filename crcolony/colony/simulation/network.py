@@ -14,7 +14,7 @@ from random import Random
 from typing import Literal, Protocol
 
 from crcolony.colony.identity import RobotId
-from crcolony.colony.simulated_faults import Faults
+from crcolony.colony.simulation.faults import Faults
 from crcolony.colony.transport import Acted, Arrival, Asked, Mail, Placed
 
 Endpoint = bytes

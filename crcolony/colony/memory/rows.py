@@ -9,7 +9,7 @@ from typing import Any
 
 from crcolony.colony.checkpoint import CheckpointError, read_checkpoint
 from crcolony.colony.mating import Offer, Record
-from crcolony.colony.memory_schema import find
+from crcolony.colony.memory.schema import find
 from crcolony.colony.messages import Encounter
 
 UNDECIDED = dict.fromkeys(("energy", "conceived", "too_late", "child", "step", "stream", "serial"))

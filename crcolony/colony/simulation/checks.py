@@ -12,6 +12,7 @@ import numpy as np
 from crcolony.colony.history import Born, Event, TurnedOver
 from crcolony.colony.identity import RobotId
 from crcolony.colony.mating import Limits, Record
+from crcolony.colony.memory.store import Decision
 from crcolony.colony.messages import (
     Abort,
     Accept,
@@ -25,7 +26,6 @@ from crcolony.colony.messages import (
     sender_of,
 )
 from crcolony.colony.node import RobotNode
-from crcolony.colony.store import Decision
 from crcolony.colony.telemetry import Ended, decode_state, decode_told
 from crcolony.evolution.lineage import AgentId
 

@@ -19,11 +19,18 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from crcolony.colony import memory_schema
 from crcolony.colony.history import Event
 from crcolony.colony.mating import Record
-from crcolony.colony.store import Decision, Store, StoreBroken, StoreError, StoreFull, read_memory
-from tests.colony.memories import (
+from crcolony.colony.memory import schema as memory_schema
+from crcolony.colony.memory.store import (
+    Decision,
+    Store,
+    StoreBroken,
+    StoreError,
+    StoreFull,
+    read_memory,
+)
+from tests.colony.memory.memories import (
     ME,
     OTHER,
     PEER,
@@ -196,7 +203,7 @@ def test_a_lost_row_is_missed(tmp_path: Path, table: str, seq: int) -> None:
 WRITER = """
 import sys
 from pathlib import Path
-from tests.colony.memories import *
+from tests.colony.memory.memories import *
 store = open_store(Path(sys.argv[1]), durable=True)
 for number in range(10**9):
     record = proposed(number)
@@ -446,7 +453,7 @@ def test_a_place_that_may_not_be_written_is_refused(tmp_path: Path, what: str) -
     script = f"""
 import os
 from pathlib import Path
-from tests.colony.memories import *
+from tests.colony.memory.memories import *
 os.chdir({str(tmp_path)!r})
 if os.getuid() == 0:
     os.setuid(65534)

@@ -23,8 +23,8 @@ from crcolony.colony.checkpoint import CheckpointError, write_checkpoint
 from crcolony.colony.history import Event
 from crcolony.colony.identity import RobotId
 from crcolony.colony.mating import Record
-from crcolony.colony.memory_reading import Memory, read_memory
-from crcolony.colony.memory_rows import (
+from crcolony.colony.memory.reading import Memory, read_memory
+from crcolony.colony.memory.rows import (
     UNDECIDED,
     Decision,
     columns_of,
@@ -33,7 +33,7 @@ from crcolony.colony.memory_rows import (
     row_of,
     snapshot_of,
 )
-from crcolony.colony.memory_schema import (
+from crcolony.colony.memory.schema import (
     Head,
     StoreError,
     check,

@@ -15,8 +15,8 @@ from crcolony.colony.checkpoint import CheckpointError
 from crcolony.colony.history import Event
 from crcolony.colony.identity import RobotId
 from crcolony.colony.mating import Record
-from crcolony.colony.memory_rows import Decision, decision_of, record_of, snapshot_of
-from crcolony.colony.memory_schema import (
+from crcolony.colony.memory.rows import Decision, decision_of, record_of, snapshot_of
+from crcolony.colony.memory.schema import (
     Checked,
     StoreError,
     check,

@@ -7,7 +7,7 @@ from typing import Any
 from crcolony.colony.arena_node import ArenaNode
 from crcolony.colony.identity import RobotId
 from crcolony.colony.messages import Leave, WireError, decode_action, decode_join, encode
-from crcolony.colony.simulated_network import ARENA, Schedule, SimulatedNetwork
+from crcolony.colony.simulation.network import ARENA, Schedule, SimulatedNetwork
 from crcolony.colony.transport import (
     Acted,
     ArenaGone,

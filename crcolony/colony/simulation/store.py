@@ -8,10 +8,10 @@ from typing import Any
 from crcolony.colony.history import Event
 from crcolony.colony.identity import RobotId
 from crcolony.colony.mating import Record
-from crcolony.colony.memory_schema import Head
-from crcolony.colony.simulated_faults import CrashError, Hazard
-from crcolony.colony.simulation_checks import Witness
-from crcolony.colony.store import Decision, Store, StoreBroken, StoreFull
+from crcolony.colony.memory.schema import Head
+from crcolony.colony.memory.store import Decision, Store, StoreBroken, StoreFull
+from crcolony.colony.simulation.checks import Witness
+from crcolony.colony.simulation.faults import CrashError, Hazard
 
 _FAILING = 0.7
 """Share of transactions for which a disk has no room while it is nearly full"""

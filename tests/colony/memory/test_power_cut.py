@@ -10,8 +10,8 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
-from crcolony.colony.store import Store, StoreError, StoreFull, read_memory
-from tests.colony.memories import (
+from crcolony.colony.memory.store import Store, StoreError, StoreFull, read_memory
+from tests.colony.memory.memories import (
     OTHER,
     Seen,
     answered,

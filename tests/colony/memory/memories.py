@@ -11,8 +11,8 @@ import numpy as np
 
 from crcolony.colony.history import Died, Event, TurnedOver
 from crcolony.colony.mating import Offer, Record, State
+from crcolony.colony.memory.store import Decision, Store, read_memory
 from crcolony.colony.messages import Encounter
-from crcolony.colony.store import Decision, Store, read_memory
 
 ME, PEER, OTHER = b"m" * 16, b"p" * 16, b"o" * 16
 SCHEMA = b"s" * 16

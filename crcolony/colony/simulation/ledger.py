@@ -10,10 +10,10 @@ from crcolony.colony.chronicle import Chronicle, chronicle_of
 from crcolony.colony.history import Born, Mated
 from crcolony.colony.identity import RobotId
 from crcolony.colony.mating import Record
+from crcolony.colony.memory.store import Decision, Memory, read_memory
 from crcolony.colony.messages import Accept, Propose, WireError, is_genuine, open_letter
-from crcolony.colony.simulated_robot import COLONY, SimulatedRobot
-from crcolony.colony.simulation_checks import Witness, in_words, short
-from crcolony.colony.store import Decision, Memory, read_memory
+from crcolony.colony.simulation.checks import Witness, in_words, short
+from crcolony.colony.simulation.robot import COLONY, SimulatedRobot
 from crcolony.world.body import OBSERVATION_WIDTH
 
 _STEPS = 10

@@ -14,6 +14,7 @@ import numpy as np
 
 from crcolony.colony.history import Born, Lived
 from crcolony.colony.mating import Record
+from crcolony.colony.memory.store import Decision, Memory, read_memory
 from crcolony.colony.messages import (
     Accept,
     Propose,
@@ -22,7 +23,6 @@ from crcolony.colony.messages import (
     open_letter,
     pack_genes,
 )
-from crcolony.colony.store import Decision, Memory, read_memory
 from crcolony.config import Config, ConfigError, load
 from crcolony.robot.genes import agent_schema
 

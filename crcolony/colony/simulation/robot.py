@@ -16,6 +16,7 @@ import msgspec
 
 from crcolony.colony.identity import Identity
 from crcolony.colony.mating import Limits
+from crcolony.colony.memory.store import StoreBroken, StoreFull
 from crcolony.colony.messages import (
     Action,
     Embodied,
@@ -30,11 +31,10 @@ from crcolony.colony.messages import (
 )
 from crcolony.colony.node import RobotNode
 from crcolony.colony.raising import numbered_streams, raise_robots
-from crcolony.colony.simulated_faults import CrashError, Faults, Hazard
-from crcolony.colony.simulated_network import Schedule, SimulatedNetwork, SimulatedTransport
-from crcolony.colony.simulated_store import Disk, SimulatedStore
-from crcolony.colony.simulation_checks import Witness
-from crcolony.colony.store import StoreBroken, StoreFull
+from crcolony.colony.simulation.checks import Witness
+from crcolony.colony.simulation.faults import CrashError, Faults, Hazard
+from crcolony.colony.simulation.network import Schedule, SimulatedNetwork, SimulatedTransport
+from crcolony.colony.simulation.store import Disk, SimulatedStore
 from crcolony.colony.transport import (
     ArenaGone,
     ArenaSeen,

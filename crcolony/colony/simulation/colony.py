@@ -18,18 +18,18 @@ from crcolony.colony.history import Mated
 from crcolony.colony.identity import seeded
 from crcolony.colony.mating import Limits
 from crcolony.colony.raising import numbered_streams, raise_robots
-from crcolony.colony.simulated_arena import SimulatedArena
-from crcolony.colony.simulated_faults import Faults, Forger, draw_faults
-from crcolony.colony.simulated_network import (
+from crcolony.colony.simulation.arena import SimulatedArena
+from crcolony.colony.simulation.checks import Witness, short
+from crcolony.colony.simulation.faults import Faults, Forger, draw_faults
+from crcolony.colony.simulation.ledger import close_books
+from crcolony.colony.simulation.network import (
     ARENA,
     Link,
     Schedule,
     SimulatedNetwork,
     TimeStandsStillError,
 )
-from crcolony.colony.simulated_robot import COLONY, SimulatedRobot, Surroundings
-from crcolony.colony.simulation_checks import Witness, short
-from crcolony.colony.simulation_ledger import close_books
+from crcolony.colony.simulation.robot import COLONY, SimulatedRobot, Surroundings
 from crcolony.config import Config, load
 from crcolony.evolution.genotype import Schema
 

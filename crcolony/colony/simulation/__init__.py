@@ -1,0 +1,1 @@
+"""Whole colonies in virtual time, in one thread, with everything going wrong by seed: `colony.simulate`."""

@@ -164,18 +164,29 @@ def _own_endpoints(network: Network) -> tuple[str, ...]:
 
 
 def _address_of(interface: str) -> str:
-    """Return the IPv4 address of a network interface; raises NetworkError if it has none (Linux only)."""
+    """Return the IPv4 address of a network interface (Linux only).
+
+    Raises NetworkError if there is none, or if the interface is down or knows no multicast.
+    """
     import fcntl
 
-    siocgifaddr = 0x8915
+    siocgifflags, siocgifaddr = 0x8913, 0x8915
+    is_up, knows_multicast = 0x1, 0x1000
+    request = struct.pack("256s", interface[:15].encode())
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            request = struct.pack("256s", interface[:15].encode())
+            flags = struct.unpack("H", fcntl.ioctl(probe.fileno(), siocgifflags, request)[16:18])[0]
             answer = fcntl.ioctl(probe.fileno(), siocgifaddr, request)
         except OSError as error:
             raise NetworkError(
                 f"interface {interface}: {error.strerror}; it needs an IPv4 address"
             ) from None
+    if not flags & is_up:
+        raise NetworkError(f"interface {interface}: it is down")
+    if not flags & knows_multicast:
+        raise NetworkError(
+            f"interface {interface}: it knows no multicast; use --connect and --listen instead"
+        )
     return socket.inet_ntoa(answer[20:24])
 
 

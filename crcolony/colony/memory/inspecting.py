@@ -26,8 +26,8 @@ from crcolony.colony.messages import (
 from crcolony.config import Config, ConfigError, load
 from crcolony.robot.genes import agent_schema
 
-COLONY = "colony"
-"""What a colony is called unless its user says otherwise; a memory does not hold the name."""
+_COLONY = "colony"
+"""What a colony is called unless its user says otherwise"""
 _ANCESTORS = 3
 """Generations that a lineage goes back."""
 
@@ -104,17 +104,15 @@ def _open_in_words(memory: Memory) -> Iterator[str]:
 
 
 def _proofs_in_words(memory: Memory) -> str:
-    proofs = Counter(proof_of(record) for record, _ in memory.matings if record.proof)
+    colony = memory.colony or _COLONY
+    proofs = Counter(proof_of(record, colony) for record, _ in memory.matings if record.proof)
     if not proofs:
         return "partners' letters: none"
-    told = f"partners' letters: {proofs['signed']} of {proofs.total()} signed for colony {COLONY}"
+    told = f"partners' letters: {proofs['signed']} of {proofs.total()} signed for colony {colony}"
     if proofs["doctored"]:
         told += f", {proofs['doctored']} DO NOT say what the memory says"
     if proofs["other"]:
-        told += (
-            f", {proofs['other']} for another colony or forged (it cannot be told which:"
-            " a memory does not hold its colony's name)"
-        )
+        told += f", {proofs['other']} for another colony or forged"
     return told
 
 
@@ -152,7 +150,7 @@ def is_open(record: Record) -> bool:
     return (record.role, record.state) in (("initiator", "decided"), ("responder", "prepared"))
 
 
-def proof_of(record: Record, colony: str = COLONY) -> Proof:
+def proof_of(record: Record, colony: str = _COLONY) -> Proof:
     """Tell whether the partner's letter says what the record says, and whether it is signed for this colony."""
     try:
         letter, message = open_letter(record.proof)

@@ -11,8 +11,19 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from crcolony.colony import messages
+from crcolony.colony.encounters import (
+    Effect,
+    Limits,
+    Note,
+    Offer,
+    Record,
+    Send,
+    Write,
+)
 from crcolony.colony.identity import AllowList, Identity, RobotId
-from crcolony.colony.mating import Effect, Limits, Mating, Note, Offer, Record, Send, Write
+from crcolony.colony.mating import (
+    Mating,
+)
 from crcolony.colony.memory.store import Decision, Store, StoreFull
 from crcolony.colony.messages import Accept, Contact, Propose, WireError
 from crcolony.evolution.genotype import Schema

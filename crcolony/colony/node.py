@@ -14,10 +14,15 @@ from typing import Any
 import numpy as np
 
 from crcolony.colony import telemetry
+from crcolony.colony.encounters import (
+    Limits,
+    Note,
+    Offer,
+    Record,
+)
 from crcolony.colony.exchanges import Bucket, Exchanges
 from crcolony.colony.history import Died, Event, OwnEvent, TurnedOver, born, lives_of
 from crcolony.colony.identity import AllowList, Identity, RobotId
-from crcolony.colony.mating import Limits, Note, Offer, Record
 from crcolony.colony.memory.store import Decision, Store, StoreError, StoreFull
 from crcolony.colony.messages import Contact, WireError, encode, pack_genes, unpack_genes
 from crcolony.colony.telemetry import Ended, Exchanged, Fault, Met, Ring, State

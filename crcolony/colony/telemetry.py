@@ -11,8 +11,10 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta
 
+from crcolony.colony.encounters import (
+    Outcome,
+)
 from crcolony.colony.history import Born, Died, Lived, TurnedOver
-from crcolony.colony.mating import Outcome
 from crcolony.colony.messages import (
     BODY_BYTES,
     LETTER_BYTES,

@@ -30,7 +30,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import get_args
 
-from crcolony.colony.mating import Record
+from crcolony.colony.encounters import (
+    Record,
+)
 from tests.colony.explored_robot import (
     NAMES,
     Bounds,

@@ -7,9 +7,14 @@ import numpy as np
 import pytest
 
 from crcolony.colony import messages
+from crcolony.colony.encounters import (
+    Limits,
+    Note,
+    Offer,
+    Record,
+)
 from crcolony.colony.exchanges import Bucket, Exchanges
 from crcolony.colony.identity import AllowList, seeded
-from crcolony.colony.mating import Limits, Note, Offer, Record
 from crcolony.colony.memory.store import Decision, Store
 from crcolony.colony.messages import Contact, Encounter, Propose
 from crcolony.evolution.genotype import Gene, Schema

@@ -15,8 +15,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from crcolony.colony import messages
+from crcolony.colony.encounters import (
+    Limits,
+)
 from crcolony.colony.identity import seeded
-from crcolony.colony.mating import Limits
 from crcolony.colony.messages import WireError
 from crcolony.evolution.genotype import Gene, Schema
 from crcolony.world.body import ACTION, ACTION_WIDTH, OBSERVATION, OBSERVATION_WIDTH

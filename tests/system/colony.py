@@ -13,7 +13,9 @@ from typing import TypeVar
 import msgspec
 import psutil
 
-from crcolony.colony.mating import Limits
+from crcolony.colony.encounters import (
+    Limits,
+)
 from crcolony.colony.messages import Encounter
 from crcolony.colony.network import free_port
 from crcolony.colony.telemetry import Exchanged, State

@@ -12,8 +12,10 @@ from typing import Literal
 
 import numpy as np
 
+from crcolony.colony.encounters import (
+    Record,
+)
 from crcolony.colony.history import Born, Lived
-from crcolony.colony.mating import Record
 from crcolony.colony.memory.store import Decision, Memory, read_memory
 from crcolony.colony.messages import (
     Accept,

@@ -12,9 +12,11 @@ import msgspec
 import numpy as np
 
 from crcolony.colony.checkpoint import CheckpointError
+from crcolony.colony.encounters import (
+    Record,
+)
 from crcolony.colony.history import Event
 from crcolony.colony.identity import RobotId
-from crcolony.colony.mating import Record
 from crcolony.colony.memory.rows import Decision, decision_of, record_of, snapshot_of
 from crcolony.colony.memory.schema import (
     Checked,

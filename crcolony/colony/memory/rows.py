@@ -8,7 +8,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from crcolony.colony.checkpoint import CheckpointError, read_checkpoint
-from crcolony.colony.mating import Offer, Record
+from crcolony.colony.encounters import (
+    Offer,
+    Record,
+)
 from crcolony.colony.memory.schema import find
 from crcolony.colony.messages import Encounter
 

@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 
 from crcolony.colony.chronicle import Chronicle, chronicle_of
+from crcolony.colony.encounters import (
+    Record,
+)
 from crcolony.colony.history import Born, Mated
 from crcolony.colony.identity import RobotId
-from crcolony.colony.mating import Record
 from crcolony.colony.memory.store import Decision, Memory, read_memory
 from crcolony.colony.messages import Accept, Propose, WireError, is_genuine, open_letter
 from crcolony.colony.simulation.checks import Witness, in_words, short

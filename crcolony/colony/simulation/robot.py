@@ -14,8 +14,10 @@ from random import Random
 
 import msgspec
 
+from crcolony.colony.encounters import (
+    Limits,
+)
 from crcolony.colony.identity import Identity
-from crcolony.colony.mating import Limits
 from crcolony.colony.memory.store import StoreBroken, StoreFull
 from crcolony.colony.messages import (
     Action,

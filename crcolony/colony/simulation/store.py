@@ -5,9 +5,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from random import Random
 from typing import Any
 
+from crcolony.colony.encounters import (
+    Record,
+)
 from crcolony.colony.history import Event
 from crcolony.colony.identity import RobotId
-from crcolony.colony.mating import Record
 from crcolony.colony.memory.schema import Head
 from crcolony.colony.memory.store import Decision, Store, StoreBroken, StoreFull
 from crcolony.colony.simulation.checks import Witness

@@ -9,9 +9,14 @@ import numpy as np
 import pytest
 
 from crcolony.cli import main
+from crcolony.colony.encounters import (
+    Offer,
+    Record,
+    Role,
+    State,
+)
 from crcolony.colony.history import Born, Event, Lived
 from crcolony.colony.identity import Identity
-from crcolony.colony.mating import Offer, Record, Role, State
 from crcolony.colony.memory.inspecting import gene_names, inspect_memory, proof_of
 from crcolony.colony.memory.store import Decision, Store, StoreError
 from crcolony.colony.messages import Accept, Encounter, Propose, pack_genes, seal

@@ -13,8 +13,15 @@ from random import Random
 import pytest
 
 from crcolony.colony import messages
+from crcolony.colony.encounters import (
+    Effect,
+    Record,
+    Send,
+)
 from crcolony.colony.exchanges import Exchanges
-from crcolony.colony.mating import Effect, Mating, Record, Send
+from crcolony.colony.mating import (
+    Mating,
+)
 from crcolony.colony.memory.store import Decision, Store
 from crcolony.colony.messages import Accept
 from crcolony.colony.node import RobotNode

@@ -22,7 +22,9 @@ test: $(VENV)/dev.stamp
 	@$(BIN)/ruff format --check --quiet . && $(BIN)/ruff check --quiet . && echo "ruff: clean"
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
-	@$(BIN)/python -m pytest -q
+	@$(BIN)/python -m pytest -q -n 2 --dist loadfile --ignore=tests/system
+	@echo "colonies of real processes, in namespaces where this machine allows it:"
+	@$(BIN)/python -m pytest -q tests/system
 	@echo "branch coverage of learning, evolution and robot (compiled functions run as plain Python):"
 	@NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest -q -r fE --ignore=tests/learning/test_mountain_car.py \
 		tests/learning tests/evolution tests/robot

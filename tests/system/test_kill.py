@@ -162,9 +162,13 @@ def child_of(launched: Process, *words: str) -> psutil.Process:
     return child
 
 
-def wait_for_second_body(log: Path) -> None:
-    """Wait until a robot has had a body twice."""
-    wait_until(lambda: log.read_text().count("has body") > 1, f"{log.name} has a body again")
+def wait_for_bodies(run: Path, times: int) -> None:
+    """Wait until each of three robots has had a body so often."""
+    logs = [run / "logs" / f"robot-{number}.log" for number in range(3)]
+    wait_until(
+        lambda: all(log.read_text().count("has body") >= times for log in logs),
+        f"every robot has a body, time {times}",
+    )
 
 
 def test_launch_starts_again_what_is_killed(tmp_path: Path) -> None:
@@ -174,14 +178,14 @@ def test_launch_starts_again_what_is_killed(tmp_path: Path) -> None:
         words = ("-n", "3", *CLOCK, *settings(), "--out", str(run))
         launched = made.start("launch", "launch", *words)
         launched.wait_for("3 robots see each other")
+        wait_for_bodies(run, 1)
         doomed = child_of(launched, "robot", "--number", "1"), child_of(launched, "arena", "--hz")
         for child in doomed:
             child.kill()
         launched.wait_for("robot 1: killed by SIGKILL")
         launched.wait_for("robot 1 is started again")
         launched.wait_for("arena is started again")
-        for number in range(3):
-            wait_for_second_body(run / "logs" / f"robot-{number}.log")
+        wait_for_bodies(run, 2)
         children = psutil.Process(launched.pid).children()
         assert len(children) == 4
         launched.stop()

@@ -1,12 +1,10 @@
 """A run as a person sees it in the terminal: a live display, or plain lines where the output is no terminal."""
 
 import shutil
-import signal
 import sys
 import time
 from collections import deque
 from pathlib import Path
-from types import FrameType
 
 from rich.console import Console
 from rich.live import Live
@@ -16,6 +14,7 @@ from crcolony.colony.embedded import EmbeddedColony
 from crcolony.colony.evolve import evolve, is_done
 from crcolony.colony.plots import PlotsError, draw_plots
 from crcolony.colony.results import Results
+from crcolony.colony.stopping import Stop
 
 _REFRESH_S = 0.25
 _PLAIN_LINE_S = 5.0
@@ -73,25 +72,6 @@ def _command() -> str:
     if path.name != "crcolony":
         return "python -m crcolony"
     return path.name if shutil.which(path.name) == str(path) else str(path)
-
-
-class Stop:
-    """Tells whether to stop: after Ctrl-C (or SIGTERM), or when the time is over."""
-
-    def __init__(self, minutes: float | None) -> None:
-        self._deadline_s = time.monotonic() + 60.0 * minutes if minutes else None
-        self._asked = False
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._ask)
-
-    def _ask(self, number: int, _frame: FrameType | None) -> None:
-        self._asked = True
-        signal.signal(number, signal.default_int_handler)
-
-    def __call__(self) -> bool:
-        if self._deadline_s is not None and time.monotonic() > self._deadline_s:
-            return True
-        return self._asked
 
 
 class Watch:

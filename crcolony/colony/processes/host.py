@@ -25,9 +25,9 @@ from crcolony.colony.processes.closing import say_summary
 from crcolony.colony.processes.robot import STATE_PERIOD_S
 from crcolony.colony.processes.start import KEY, MEMORY, WORLD, make_folder, say
 from crcolony.colony.processes.start_arena import new_arena
-from crcolony.colony.processes.stopping import Stop
 from crcolony.colony.raising import own_streams, raise_robots
 from crcolony.colony.results import keep_config
+from crcolony.colony.stopping import Stop
 from crcolony.colony.transport import Arrival, Asked, Mail, RobotGone, RobotSeen
 from crcolony.colony.zenoh_transport import ArenaTransport, RobotTransport
 from crcolony.config import Config

@@ -26,9 +26,9 @@ from crcolony.colony.processes.children import (
 )
 from crcolony.colony.processes.closing import say_summary
 from crcolony.colony.processes.start import KEY, make_folder, warm_up
-from crcolony.colony.processes.stopping import Stop
 from crcolony.colony.processes.top import Watcher, plain_line, shown
 from crcolony.colony.results import keep_config
+from crcolony.colony.stopping import Stop
 from crcolony.colony.transport import NetworkError
 from crcolony.config import Config
 from crcolony.errors import EXIT_OK

@@ -18,9 +18,9 @@ from crcolony.colony.memory.store import Store
 from crcolony.colony.network import Network, open_session
 from crcolony.colony.node import RobotNode
 from crcolony.colony.processes.robot import RobotProcess, in_words
-from crcolony.colony.processes.stopping import Stop
 from crcolony.colony.raising import numbered_streams, own_streams, raise_robots
 from crcolony.colony.results import ResultsError
+from crcolony.colony.stopping import Stop
 from crcolony.colony.telemetry import Event
 from crcolony.colony.zenoh_transport import RobotTransport
 from crcolony.config import Config

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from crcolony.colony.inbox import Inbox
 from crcolony.colony.network import Network, open_session
 from crcolony.colony.processes.start import WORLD, make_folder, say
-from crcolony.colony.processes.stopping import Stop
+from crcolony.colony.stopping import Stop
 from crcolony.colony.zenoh_transport import ArenaTransport
 from crcolony.config import Config, ConfigError
 

@@ -14,7 +14,7 @@ from zenoh.handlers import Callback
 from crcolony.colony import keys
 from crcolony.colony.keys import ColonyKeys
 from crcolony.colony.network import Network, open_session
-from crcolony.colony.processes.stopping import Stop
+from crcolony.colony.stopping import Stop
 from crcolony.colony.telemetry import STALE_S
 from crcolony.colony.watch import Watch, Watched
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from crcolony.colony.evolve import begin, evolve, resume
 from crcolony.colony.results import ResultsError, read_table
-from crcolony.colony.terminal import Stop
+from crcolony.colony.stopping import Stop
 from crcolony.compiled import FloatArray
 from crcolony.config import Config, ConfigError, load
 

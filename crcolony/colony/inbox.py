@@ -4,7 +4,7 @@ import threading
 from collections import deque
 from queue import Empty, SimpleQueue
 
-from crcolony.colony.transport import Acted, Arrival, Asked, Mail, Observed, Placed
+from crcolony.colony.transport import Acted, Arrival, Asked, Mail, Observed, Placed, Shown
 
 _MOST_WAITING, _MOST_BYTES = 2048, 8 * 2**20
 """What waits to be looked at, at most; beyond it, it is dropped and counted. Presence is never dropped."""
@@ -33,7 +33,7 @@ class Inbox:
                 self.dropped += 1
             return
         with self._lock:
-            size, is_needed = _size(arrival), not isinstance(arrival, Mail | Asked)
+            size, is_needed = _size(arrival), not isinstance(arrival, Mail | Asked | Shown)
             has_room = len(self._later) < _MOST_WAITING and self._bytes + size <= _MOST_BYTES
             if not (has_room or is_needed):
                 self.dropped += 1
@@ -73,6 +73,6 @@ class Inbox:
 
 def _size(arrival: Arrival) -> int:
     match arrival:
-        case Mail(letter=data) | Asked(question=data):
+        case Mail(letter=data) | Asked(question=data) | Shown(scene=data):
             return len(data)
     return 0

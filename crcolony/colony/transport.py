@@ -81,6 +81,13 @@ class Observed:
 
 
 @dataclass(frozen=True)
+class Shown:
+    """What the arena shows to everybody, while somebody here is being looked for."""
+
+    scene: bytes
+
+
+@dataclass(frozen=True)
 class Acted:
     """What a robot commands its body (for an arena)."""
 
@@ -107,6 +114,7 @@ Arrival = (
     | ArenaGone
     | Placed
     | Observed
+    | Shown
     | Acted
     | Asked
 )

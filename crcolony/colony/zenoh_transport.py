@@ -15,7 +15,7 @@ from zenoh.handlers import Callback
 from crcolony.colony import keys
 from crcolony.colony.identity import RobotId
 from crcolony.colony.keys import ArenaKeys, ColonyKeys
-from crcolony.colony.messages import BODY_BYTES, LETTER_BYTES, VERSION
+from crcolony.colony.messages import BODY_BYTES, LETTER_BYTES, SCENE_BYTES, VERSION
 from crcolony.colony.token_check import TokenCheck
 from crcolony.colony.transport import (
     Acted,
@@ -28,6 +28,7 @@ from crcolony.colony.transport import (
     Placed,
     RobotGone,
     RobotSeen,
+    Shown,
     StrangerSeen,
 )
 
@@ -54,6 +55,8 @@ class RobotTransport:
         self._publishers: dict[str, zenoh.Publisher] = {}
         self._lives: dict[RobotId, int] = {}
         self._declared: dict[RobotId, list[Any]] = {}
+        self.is_searching = False
+        """Whether what the arena shows is looked at"""
         self._gone: set[str] = set()
         """Sessions whose token has gone: Zenoh may keep the link of one that is closed, and that is nobody"""
         self._begin(session)
@@ -72,6 +75,7 @@ class RobotTransport:
             session.liveliness().declare_subscriber(
                 self._arena.all_alive, _listen(self._on_arena), history=True
             ),
+            session.declare_subscriber(self._arena.scene, _listen(self._on_scene)),
         ]
 
     def move(self, reopen: Callable[[], zenoh.Session]) -> None:
@@ -178,6 +182,10 @@ class RobotTransport:
         is_there = sample.kind == zenoh.SampleKind.PUT
         if robot is not None and version not in (None, VERSION) and is_there:
             self._deliver(StrangerSeen(robot, version or 0))
+
+    def _on_scene(self, sample: zenoh.Sample) -> None:
+        if self.is_searching:
+            self._deliver(Shown(_content(sample.payload, SCENE_BYTES)))
 
     def _on_arena(self, sample: zenoh.Sample) -> None:
         *_, world, _ = keys.chunks(str(sample.key_expr))

@@ -24,7 +24,7 @@ from crcolony.colony.messages import (
     unpack_row,
 )
 from crcolony.colony.node import RobotNode
-from crcolony.colony.telemetry import Ended, Exchanged
+from crcolony.colony.telemetry import Ended, Exchanged, decode_scene
 from crcolony.colony.transport import (
     ArenaGone,
     ArenaSeen,
@@ -36,6 +36,7 @@ from crcolony.colony.transport import (
     Placed,
     RobotGone,
     RobotSeen,
+    Shown,
     StrangerSeen,
 )
 from crcolony.colony.zenoh_transport import RobotTransport
@@ -84,6 +85,8 @@ class RobotProcess:
         self._reopen_due_s = 0.0
         self._unseen: dict[RobotId, float] = {}
         """Robots that were met and cannot be seen on the network, and since when"""
+        self._missed: dict[RobotId, float] = {}
+        """Robots that are on the network no more, and since when"""
         self._complaint_s = time.monotonic() + _SILENCE_S
         self._place: Embodied | None = None
         self._action = b""
@@ -129,11 +132,16 @@ class RobotProcess:
                 self._answer_if_settled()
             case RobotSeen(robot=robot, life=life, session=session):
                 self._unseen.pop(robot, None)
+                self._missed.pop(robot, None)
                 node.robot_seen(now_s, robot, life, session)
                 self._state_s = min(self._state_s, now_s + _NEWS_S)
             case RobotGone(robot=robot, life=life, session=session):
                 node.robot_gone(now_s, robot, life, session)
+                if robot not in node.peers and len(self._missed) < _MOST_UNSEEN:
+                    self._missed[robot] = now_s
                 self._answer_if_settled()
+            case Shown(scene=scene):
+                self._search(now_s, scene)
             case StrangerSeen(robot=robot, version=version) if robot not in node.peers:
                 self._say_fault(
                     f"robot {robot.hex()[:8]} speaks version {version} of the protocol,"
@@ -249,6 +257,9 @@ class RobotProcess:
         if now_s >= self._join_s and now_s >= self._observed_s + _SILENCE_S:
             self._seek(now_s)
             self._say_if_lost(now_s, f"no body yet; looking for arena {self._arena}")
+        for robot in [r for r, at_s in self._missed.items() if now_s - at_s > _REOPEN_S]:
+            del self._missed[robot]
+        self._transport.is_searching = bool(self._missed)
         twin = node.twin(now_s)
         if twin is not None:
             raise TwinError(
@@ -270,11 +281,30 @@ class RobotProcess:
         elif now_s - self._unseen.setdefault(met, now_s) >= _UNSEEN_S:
             self._come_anew(now_s, f"robot {met.hex()[:8]} is met and cannot be seen")
 
+    def _search(self, now_s: float, data: bytes) -> None:
+        """Notice that a link is lost, though nobody died: the arena shows a missed robot with its lamp lit.
+
+        The lamp of a robot that is gone goes out with its last action's time to live. The smaller id mends it first.
+        """
+        try:
+            scene = decode_scene(data)
+        except WireError as error:
+            self._node.fault(f"malformed scene: {error}")
+            return
+        for seen in scene.robots:
+            missed_s = now_s - self._missed.get(seen.robot, now_s)
+            patience_s = _UNSEEN_S if self._node.id < seen.robot else 3.0 * _UNSEEN_S
+            is_lit = seen.red + seen.green + seen.blue > 0.0
+            if is_lit and missed_s >= patience_s and seen.colony == self._colony:
+                self._come_anew(now_s, f"robot {seen.robot.hex()[:8]} lives and cannot be seen")
+                return
+
     def _come_anew(self, now_s: float, why: str) -> None:
         if now_s < self._reopen_due_s:
             return
         self._reopen_due_s = now_s + _REOPEN_S
         self._unseen.clear()
+        self._missed.clear()
         self._say_fault(f"{why}: coming onto the network anew")
         while not self._is_stopped():
             try:

@@ -27,6 +27,7 @@ test: $(VENV)/dev.stamp
 	@$(BIN)/python -m pytest -q tests/system
 	@echo "branch coverage of learning, evolution and robot (compiled functions run as plain Python):"
 	@NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest -q -r fE --ignore=tests/learning/test_mountain_car.py \
+		--ignore=tests/robot/test_ready_made.py \
 		tests/learning tests/evolution tests/robot
 	@$(BIN)/coverage report
 

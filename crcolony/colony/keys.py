@@ -21,10 +21,6 @@ class ColonyKeys:
         """The liveliness token of a robot: its key carries the incarnation and the session."""
         return f"{self._root}/alive/{robot.hex()}/{life}/{session}"
 
-    def alive_anywhere(self, robot: RobotId) -> str:
-        """Every token of one robot."""
-        return f"{self._root}/alive/{robot.hex()}/*/*"
-
     def mail(self, robot: RobotId) -> str:
         """A robot's mailbox."""
         return f"{self._root}/mail/{robot.hex()}"

@@ -8,7 +8,7 @@ one thing only. Whatever comes in, `decode_…` returns a message or raises Wire
 specification for strangers.
 """
 
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal
 
 import msgspec
 import numpy as np
@@ -271,8 +271,6 @@ def unpack_row(data: bytes) -> FloatArray:
 # Encoding and decoding ----------------------------------------------------------------------------------------------
 
 _encoder = msgspec.msgpack.Encoder()
-
-Decoded = TypeVar("Decoded")
 
 
 def encode(message: Any) -> bytes:

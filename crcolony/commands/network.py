@@ -16,6 +16,7 @@ from crcolony.errors import EXIT_OK
 
 if TYPE_CHECKING:
     from crcolony.colony.network import Network
+    from crcolony.config import Config
 
 _NAME = "letters, digits, . _ and -, at most 64"
 
@@ -182,6 +183,23 @@ def _robot(options: argparse.Namespace) -> int:
     return EXIT_OK
 
 
+def _config_of_many(options: argparse.Namespace, spare_places: int) -> "Config":
+    """Return the config for `-n` robots, whose arena has places for all of them unless it is somebody else's."""
+    from crcolony.config import load
+
+    check_names(options)
+    check_minutes(options.minutes)
+    if options.n < 1:
+        raise UsageError(f"-n {options.n}: at least one robot")
+    if options.robots is None:
+        options.robots = options.n + spare_places
+    config = load(options.config, settings_of(options))
+    has_own_arena = not getattr(options, "robots_only", False)
+    if has_own_arena and config.robots < options.n:
+        raise UsageError(f"-n {options.n}: the arena has {config.robots} places")
+    return config
+
+
 def add_host(parser: argparse.ArgumentParser) -> None:
     """Add the options of `crcolony host`."""
     add_config(parser)
@@ -197,17 +215,8 @@ def add_host(parser: argparse.ArgumentParser) -> None:
 
 def _host(options: argparse.Namespace) -> int:
     from crcolony.colony.processes.host import run_host
-    from crcolony.config import load
 
-    check_names(options)
-    check_minutes(options.minutes)
-    if options.n < 1:
-        raise UsageError(f"-n {options.n}: at least one robot")
-    if options.robots is None:
-        options.robots = options.n + 8
-    config = load(options.config, settings_of(options))
-    if config.robots < options.n:
-        raise UsageError(f"-n {options.n}: the arena has {config.robots} places")
+    config = _config_of_many(options, spare_places=8)
     period_s = wall_period_s(options, config.arena.control_period_s)
     network = network_of(options, listens_here=True)
     say_if_compiling()
@@ -261,17 +270,8 @@ def add_launch(parser: argparse.ArgumentParser) -> None:
 def _launch(options: argparse.Namespace) -> int:
     from crcolony.colony.processes.children import Launch
     from crcolony.colony.processes.launch import run_launch
-    from crcolony.config import load
 
-    check_names(options)
-    check_minutes(options.minutes)
-    if options.n < 1:
-        raise UsageError(f"-n {options.n}: at least one robot")
-    if options.robots is None:
-        options.robots = options.n
-    config = load(options.config, settings_of(options))
-    if not options.robots_only and config.robots < options.n:
-        raise UsageError(f"-n {options.n}: the arena has {config.robots} places")
+    config = _config_of_many(options, spare_places=0)
     if options.robots_only and (options.lockstep or options.hz or options.speed):
         raise UsageError("--robots-only: the clock is the arena's")
     is_lockstep = options.lockstep or not (options.hz or options.speed or options.robots_only)

@@ -44,7 +44,6 @@ class ArenaProcess:
         checkpoint: Path | None,
         say: Callable[[str], None],
     ) -> None:
-        self.late_ticks = 0
         self._node, self._name = node, name
         self._transport, self._inbox = transport, inbox
         self._wall_period_s = wall_period_s
@@ -96,7 +95,6 @@ class ArenaProcess:
             self._advance()
             due_s += period_s
             if now_s > due_s:  # this machine was asleep: time that is lost is not made up for
-                self.late_ticks += 1
                 due_s = now_s + period_s
             self._keep_house(now_s)
 

@@ -77,20 +77,15 @@ def detection_s(lan: Cabled, fault: Fault, number: int) -> float:
 
     begun_s = time.monotonic()
     fault.happen(robot, host)
-    wait_until(gone, f"a robot is seen to be gone after {fault.name}", 30.0)
-    fault.mend(robot, host)
+    try:
+        wait_until(gone, f"a robot is seen to be gone after {fault.name}", 30.0)
+    finally:
+        fault.mend(robot, host)
     return gone()[0] - begun_s
 
 
 def outcomes(lan: Cabled, seconds: float) -> Counter[str]:
     """Return what became of the encounters of so many seconds: mated, doubt, orphaned, expired, … as robots said it."""
-    before = [robot.log.stat().st_size for robot in lan.colony.robots]
+    before = lan.colony.outcomes()
     time.sleep(seconds)
-    found: Counter[str] = Counter()
-    for robot, offset in zip(lan.colony.robots, before, strict=True):
-        for line in robot.log.read_bytes()[offset:].decode().splitlines():
-            if line.startswith("mated with "):
-                found["mated"] += 1
-            elif line.startswith("mating with "):
-                found[line.split(": ", 1)[1].split()[0]] += 1
-    return found
+    return lan.colony.outcomes() - before

@@ -117,23 +117,23 @@ class View:
         """Return who is on the network; arenas are not in it."""
         return {bytes.fromhex(name) for name, _, _ in self.update()._alive if name}
 
-    def fresh(self, robots: Sequence[bytes], within_s: float = 1.5) -> list[State]:
-        """Return what these robots have told of themselves just now."""
+    def fresh(self, robots: Sequence[bytes], since_unix_s: float = 0.0) -> list[State]:
+        """Return what these robots have told of themselves just now, and not before the given time."""
         self.update()
-        since_ms = 1000.0 * (time.time() - within_s)
+        since_ms = 1000.0 * max(time.time() - 1.5, since_unix_s)
         states = [self.states[robot] for robot in robots if robot in self.states]
         return [state for state in states if state.unix_ms >= since_ms]
 
-    def sees(self, robots: Sequence[bytes], peers: int) -> bool:
+    def sees(self, robots: Sequence[bytes], peers: int, since_unix_s: float = 0.0) -> bool:
         """Whether these robots all have bodies and see so many others, at this moment."""
-        states = self.fresh(robots)
+        states = self.fresh(robots, since_unix_s)
         return len(states) == len(robots) and all(
             state.peers == peers and state.arena for state in states
         )
 
-    def all_see_all(self, robots: Sequence[bytes]) -> bool:
+    def all_see_all(self, robots: Sequence[bytes], since_unix_s: float = 0.0) -> bool:
         """Whether these robots have bodies and see each other, and nobody else, at this moment."""
-        return self.sees(robots, len(robots) - 1)
+        return self.sees(robots, len(robots) - 1, since_unix_s)
 
     def wait_for_matings(self, count: int, of: bytes | None = None) -> None:
         """Wait until there have been more matings, each side counting for itself."""
@@ -206,6 +206,20 @@ class Colony:
         """Where the robots' memories are."""
         return [robot.memory for robot in self.robots]
 
+    def outcomes(self) -> Counter[str]:
+        """Return what became of encounters so far (mated, refused, doubt, …), each robot counting for itself.
+
+        By the robots' own logs: nothing on the network is believed.
+        """
+        found: Counter[str] = Counter()
+        for robot in self.robots:
+            for line in robot.log.read_text(errors="replace").splitlines():
+                if line.startswith("mated with "):
+                    found["mated"] += 1
+                elif line.startswith("mating with "):
+                    found[line.split(": ", 1)[1].split()[0]] += 1
+        return found
+
     def calm_down(self, view: View) -> None:
         """Stop the arenas, let the robots end what is under way between them, and stop them, which saves them."""
         for arena in self.arenas:
@@ -240,11 +254,16 @@ class Colony:
 
 
 def settle(made: Colony, view: View, within_s: float = 90.0) -> None:
-    """Wait until all robots have bodies, see each other, and wait for nobody."""
-    ids = made.ids
+    """Wait until all robots have bodies, see each other, and wait for nobody.
+
+    By what they say from now on: a robot that has just been killed has said a moment ago that all is well.
+    """
+    ids, begun_unix_s = made.ids, time.time()
 
     def is_settled() -> bool:
-        return view.all_see_all(ids) and not any(state.waiting for state in view.fresh(ids))
+        return view.all_see_all(ids, begun_unix_s) and not any(
+            state.waiting for state in view.fresh(ids)
+        )
 
     wait_until(is_settled, "all robots have bodies, see each other and wait for nobody", within_s)
 

@@ -1,6 +1,7 @@
 """How a colony fares under every attack: `python -m tests.system.report_hostile [SECONDS] [ATTACK ...]`.
 
-A calm while before and after every attack, as long as the attack itself, is what its matings are compared with.
+A calm while before and after every attack, as long as the attack itself, is what its matings are compared with: their
+rate, which depends on whom chance and evolution bring together, and their share of the encounters, which does not.
 """
 
 import sys
@@ -16,7 +17,7 @@ SECONDS = 15.0
 def line(name: str, figures: Figures, rate: str = "") -> str:
     half, most = figures.period_ms
     return (
-        f"{name:14} {figures.matings_per_s:5.1f} matings/s {rate:6}"
+        f"{name:14} {figures.matings_per_s:5.1f} matings/s {rate:6} {figures.mated_share:4.0%} of encounters"
         f"  period {half:5.1f} ms, p99 {most:6.1f} ms  grown {figures.grown_mib:+5.1f} MiB"
     )
 

@@ -19,6 +19,8 @@ from tests.system.colony import Colony, Process, View, colony, settle
 
 HZ, ROBOTS = 20.0, 4
 MIB = 2**20
+ENDS = ("mated", "refused", "expired", "aborted", "orphaned", "storage")
+"""Of encounters; one that was in doubt for a while ends as one of these, too."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,9 @@ class Figures:
     """What a while of a colony's life was like."""
 
     matings_per_s: float
+    """How often robots meet is chance, and depends on who lives: compare it over long whiles only"""
+    mated_share: float
+    """Of the encounters that came to an end, as each robot counts them"""
     period_ms: tuple[float, float]
     """Median and 99th percentile, over all robots"""
     grown_mib: float
@@ -47,7 +52,7 @@ class Siege:
 
     def watch(self, seconds: float) -> Figures:
         """Let the colony live for a while, and tell what it was like."""
-        mated, size, begun_s = self._mated(), self._sizes(), time.monotonic()
+        before, size, begun_s = self.made.outcomes(), self._sizes(), time.monotonic()
         time.sleep(seconds)
         took_s = time.monotonic() - begun_s
         periods = np.concatenate(
@@ -57,12 +62,15 @@ class Siege:
             ]
         )
         half, most = np.quantile(1000.0 * periods, (0.5, 0.99)) if periods.size else (np.inf,) * 2
-        grown = max(after - before for before, after in zip(size, self._sizes(), strict=True))
-        return Figures((self._mated() - mated) / took_s, (float(half), float(most)), grown / MIB)
-
-    def _mated(self) -> float:
-        """Return matings as the robots' own logs tell them: nothing on the network is believed."""
-        return sum(robot.said.count("mated with") for robot in self.made.robots) / 2.0
+        grown = max(then - now for now, then in zip(size, self._sizes(), strict=True))
+        became = self.made.outcomes() - before
+        ended = sum(became[how] for how in ENDS)
+        return Figures(
+            matings_per_s=became["mated"] / 2.0 / took_s,
+            mated_share=became["mated"] / ended if ended else 0.0,
+            period_ms=(float(half), float(most)),
+            grown_mib=grown / MIB,
+        )
 
     def _sizes(self) -> list[int]:
         return [psutil.Process(process.pid).memory_info().rss for process in self.honest]

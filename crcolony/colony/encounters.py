@@ -67,6 +67,11 @@ class Record:
         is_mine = self.role == "initiator"
         return self.encounter.responder if is_mine else self.encounter.initiator
 
+    @property
+    def waits(self) -> bool:
+        """Whether it is on the disk, and not at its end: the partner has yet to answer."""
+        return (self.role, self.state) in (("initiator", "decided"), ("responder", "prepared"))
+
 
 @dataclass(frozen=True)
 class Write:

@@ -12,11 +12,29 @@ from crcolony.colony.encounters import (
     Offer,
     Record,
 )
-from crcolony.colony.memory.schema import find
+from crcolony.colony.memory.schema import Head, find, select
 from crcolony.colony.messages import Encounter
 
 UNDECIDED = dict.fromkeys(("energy", "conceived", "too_late", "child", "step", "stream", "serial"))
 """The columns of an encounter about whose offspring nothing is decided."""
+
+
+WAITING = """
+    SELECT * FROM encounters WHERE (role, state) = ('initiator', 'decided')
+    OR (role, state) = ('responder', 'prepared') ORDER BY seq
+"""
+"""Encounters that wait for their partner, oldest first."""
+
+
+@dataclass
+class Known:
+    """What there is in a file, as far as it must be known to write the next encounter."""
+
+    head: Head
+    encounters: int
+    """How many there are, and the `seq` of the last"""
+    waiting: dict[Encounter, dict[str, Any]]
+    """The rows of those that wait for their partner; the others never change again"""
 
 
 @dataclass(frozen=True)
@@ -33,6 +51,21 @@ class Decision:
     """The robot's control step at the decision"""
     stream: bytes
     """The robot's randomness after it"""
+
+
+def head_of(database: sqlite3.Connection) -> Head:
+    """Return the one row of `memory`."""
+    row = find(database, "SELECT * FROM memory")
+    assert row is not None, "it was there when the memory was opened"
+    del row["digest"]
+    return Head(**row)
+
+
+def known_of(database: sqlite3.Connection) -> Known:
+    """Return what is in the file."""
+    (encounters,) = database.execute("SELECT ifnull(max(seq), 0) FROM encounters").fetchone()
+    waiting = {record_of(row).encounter: row for row in select(database, WAITING)}
+    return Known(head_of(database), int(encounters), waiting)
 
 
 def snapshot_of(database: sqlite3.Connection, serial: int) -> tuple[dict[str, Any], dict[str, Any]]:

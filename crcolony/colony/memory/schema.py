@@ -126,12 +126,38 @@ def digest_of(table: str, columns: Mapping[str, Any]) -> bytes:
 
 def put(database: sqlite3.Connection, table: str, columns: Mapping[str, Any]) -> bytes:
     """Write a row, in place of one with the same key; return its digest."""
+    return _insert(database, "INSERT OR REPLACE", table, columns)
+
+
+def insert(database: sqlite3.Connection, table: str, columns: Mapping[str, Any]) -> bytes:
+    """Write a new row; return its digest. Raises sqlite3.IntegrityError if there is one of the same key."""
+    return _insert(database, "INSERT", table, columns)
+
+
+def _insert(
+    database: sqlite3.Connection, how: str, table: str, columns: Mapping[str, Any]
+) -> bytes:
     row = {**columns, "digest": digest_of(table, columns)}
     marks = ", ".join("?" * len(row))
-    database.execute(
-        f"INSERT OR REPLACE INTO {table} ({', '.join(row)}) VALUES ({marks})", tuple(row.values())
-    )
+    database.execute(f"{how} INTO {table} ({', '.join(row)}) VALUES ({marks})", tuple(row.values()))
     digest: bytes = row["digest"]
+    return digest
+
+
+def update(
+    database: sqlite3.Connection, table: str, before: Mapping[str, Any], columns: Mapping[str, Any]
+) -> bytes:
+    """Change a row, found by its `seq`, where it differs from what it was; return its digest.
+
+    What does not change is not written: SQLite then leaves the pages of the indices alone.
+    """
+    changed = {name: value for name, value in columns.items() if value != before[name]}
+    changed["digest"] = digest_of(table, columns)
+    sets = ", ".join(f"{name} = ?" for name in changed)
+    database.execute(
+        f"UPDATE {table} SET {sets} WHERE seq = ?", (*changed.values(), columns["seq"])
+    )
+    digest: bytes = changed["digest"]
     return digest
 
 

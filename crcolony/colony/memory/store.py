@@ -28,19 +28,22 @@ from crcolony.colony.identity import RobotId
 from crcolony.colony.memory.reading import Memory, read_memory
 from crcolony.colony.memory.rows import (
     UNDECIDED,
+    WAITING,
     Decision,
+    Known,
     columns_of,
     decision_of,
+    head_of,
+    known_of,
     record_of,
     row_of,
     snapshot_of,
 )
 from crcolony.colony.memory.schema import (
-    Head,
     StoreError,
     check,
     create,
-    find,
+    insert,
     migrate,
     named_errors,
     primary_code,
@@ -48,6 +51,7 @@ from crcolony.colony.memory.schema import (
     recognise,
     refuse_emptied,
     select,
+    update,
 )
 from crcolony.errors import Broken, Refusal
 
@@ -87,6 +91,8 @@ class Store:
         self.path = path
         self._is_broken = False
         self._database: sqlite3.Connection | None = None
+        self._known: Known | None = None
+        """None: to be read from the disk"""
         if path.is_dir():
             raise StoreError(f"{path}: is a folder, not a memory")
         self._lock: int | None = _lock(path)
@@ -128,9 +134,9 @@ class Store:
 
     def begin_life(self, unix_s: int) -> int:
         """Return the number of this start, on disk by then: it grows though clocks jump and memories get lost."""
-        with self._transaction() as head:
-            head.life = max(head.life + 1, unix_s)
-        return head.life
+        with self._transaction() as known:
+            known.head.life = max(known.head.life + 1, unix_s)
+        return known.head.life
 
     def write(
         self,
@@ -140,21 +146,21 @@ class Store:
     ) -> None:
         """Write records, each in place of what was known of its encounter, and what was decided about one of them.
 
-        Raises StoreFull or StoreBroken, and ValueError for an encounter that was decided about before.
+        Raises StoreFull or StoreBroken, and ValueError for an encounter that was decided about before, or has ended.
         """
         if (decided is None) != (decision is None) or (decided and decided not in records):
             raise ValueError("a decision is about one of the records")
-        with self._transaction() as head:
+        with self._transaction() as known:
             for record in records:
-                self._write_record(record, decision if record == decided else None, head)
+                self._write_record(record, decision if record == decided else None, known)
 
-    def _write_record(self, record: Record, decision: Decision | None, head: Head) -> None:
+    def _write_record(self, record: Record, decision: Decision | None, known: Known) -> None:
+        database, head = self._connection, known.head
+        before = known.waiting.pop(record.encounter, None)
         row = row_of(record)
-        key = [row[name] for name in ("initiator", "responder", "life", "count")]
-        query = "SELECT * FROM encounters WHERE (initiator, responder, life, count) = (?, ?, ?, ?)"
-        before = find(self._connection, query, *key)
         if before is None:
-            row |= {"seq": self._last("encounters") + 1, **UNDECIDED}
+            known.encounters += 1
+            row |= {"seq": known.encounters, **UNDECIDED}
         else:
             head.include(before.pop("digest"))
             row = before | row
@@ -162,7 +168,16 @@ class Store:
             if row["serial"] is not None:
                 raise ValueError("it is decided already whether this encounter has offspring")
             row |= columns_of(decision) | {"serial": head.serial}
-        head.include(put(self._connection, "encounters", row))
+        if before is not None:
+            digest = update(database, "encounters", before, row)
+        else:
+            try:
+                digest = insert(database, "encounters", row)
+            except sqlite3.IntegrityError:
+                raise ValueError("this encounter has ended already") from None
+        head.include(digest)
+        if record.waits:
+            known.waiting[record.encounter] = row | {"digest": digest}
 
     def save(self, robot: Mapping[str, Any], events: Sequence[Event], tick: int) -> None:
         """Write a snapshot of the whole robot, and the events since the last; it and the one before are kept.
@@ -171,35 +186,36 @@ class Store:
         """
         file = io.BytesIO()
         write_checkpoint(file, robot)
-        with self._transaction() as head:
-            database, base = self._connection, head.base(self._damaged)
-            known = self._events_of(base)
-            for row in list(select(database, "SELECT digest FROM events WHERE seq > ?", known)):
+        with self._transaction() as known:
+            database, head = self._connection, known.head
+            base = head.base(self._damaged)
+            last = self._events_of(base)
+            for row in list(select(database, "SELECT digest FROM events WHERE seq > ?", last)):
                 head.include(row["digest"])
-            database.execute("DELETE FROM events WHERE seq > ?", (known,))
-            for seq, event in enumerate(events, known + 1):
+            database.execute("DELETE FROM events WHERE seq > ?", (last,))
+            for seq, event in enumerate(events, last + 1):
                 columns = {
                     "seq": seq,
                     "tick": event.tick,
                     "kind": type(event).__name__,
                     "body": _encode(event),
                 }
-                head.include(put(database, "events", columns))
+                head.include(insert(database, "events", columns))
             database.execute("DELETE FROM snapshots WHERE serial <> ?", (base,))
             snapshot = {
                 "serial": head.serial,
                 "tick": tick,
                 "taken": int(time.time()),
-                "events": known + len(events),
+                "events": last + len(events),
                 "robot": file.getvalue(),
             }
-            put(database, "snapshots", snapshot)
+            insert(database, "snapshots", snapshot)
             head.newest, head.older = head.serial, base
 
     def load(self) -> tuple[dict[str, Any], int] | None:
         """Return the newest snapshot that is undamaged, and its tick; None in a new memory. Raises StoreError."""
         with named_errors(self.path):
-            head = self._read_head()
+            head = head_of(self._connection)
             for serial in (head.newest, head.older):
                 if serial and serial not in self._damaged:
                     try:
@@ -225,12 +241,8 @@ class Store:
 
     def open_records(self) -> list[Record]:
         """Return the encounters that wait for their partner, oldest first."""
-        query = """
-            SELECT * FROM encounters WHERE (role, state) = ('initiator', 'decided')
-            OR (role, state) = ('responder', 'prepared') ORDER BY seq
-        """
         with named_errors(self.path):
-            return [record_of(row) for row in select(self._connection, query)]
+            return [record_of(row) for row in select(self._connection, WAITING)]
 
     def marks(self) -> dict[RobotId, tuple[tuple[int, int], bool]]:
         """Return, of every initiator, its last encounter that this robot was prepared for, and whether it mated."""
@@ -264,14 +276,7 @@ class Store:
     @property
     def _base(self) -> int:
         """The serial of the snapshot that this robot goes on from, or 0."""
-        return self._read_head().base(self._damaged)
-
-    def _read_head(self) -> Head:
-        """Return what is on the disk: after a Ctrl-C in the middle of anything, nothing else is known for sure."""
-        row = find(self._connection, "SELECT * FROM memory")
-        assert row is not None, "it was there when the memory was opened"
-        del row["digest"]
-        return Head(**row)
+        return head_of(self._connection).base(self._damaged)
 
     def _events_of(self, serial: int) -> int:
         """Return how many events there were at a snapshot."""
@@ -279,22 +284,22 @@ class Store:
         row = self._connection.execute(query, (serial,)).fetchone()
         return int(row[0]) if row else 0
 
-    def _last(self, table: str) -> int:
-        query = f"SELECT ifnull(max(seq), 0) FROM {table}"
-        return int(self._connection.execute(query).fetchone()[0])
-
     @contextlib.contextmanager
-    def _transaction(self) -> Iterator[Head]:
-        """Write all of it or nothing; the head that is yielded is the new one."""
+    def _transaction(self) -> Iterator[Known]:
+        """Write all of it or nothing; what is yielded is to be brought up to date with what is written."""
         if self._is_broken:
             raise StoreBroken(f"{self.path}: broken before; begin again from the disk")
+        # Until all is on the disk, nothing else is known for sure, even after a Ctrl-C in the middle.
+        known, self._known = self._known, None
         try:
             self._connection.execute("BEGIN IMMEDIATE")
-            head = self._read_head()
-            head.serial += 1
-            yield head
-            put(self._connection, "memory", vars(head))
+            if known is None:
+                known = known_of(self._connection)
+            known.head.serial += 1
+            yield known
+            put(self._connection, "memory", vars(known.head))
             self._connection.execute("COMMIT")
+            self._known = known
         except (sqlite3.Error, UnicodeDecodeError) as error:  # see named_errors
             self._fail(error)
         except BaseException:

@@ -10,7 +10,7 @@ from crcolony.colony.encounters import (
 )
 from crcolony.colony.history import Event
 from crcolony.colony.identity import RobotId
-from crcolony.colony.memory.schema import Head
+from crcolony.colony.memory.rows import Known
 from crcolony.colony.memory.store import Decision, Store, StoreBroken, StoreFull
 from crcolony.colony.simulation.checks import Witness
 from crcolony.colony.simulation.faults import CrashError, Hazard
@@ -52,11 +52,11 @@ class SimulatedStore(Store):
         self._robot_id, self._disk, self._hazard, self._witness = robot, disk, hazard, witness
 
     @contextlib.contextmanager
-    def _transaction(self) -> Iterator[Head]:
+    def _transaction(self) -> Iterator[Known]:
         if not self._disk.has_room():
             raise StoreFull("no room")
-        with super()._transaction() as head:
-            yield head
+        with super()._transaction() as known:
+            yield known
             self._strike()
 
     def _strike(self) -> None:

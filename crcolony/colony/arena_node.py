@@ -10,7 +10,7 @@ process is gone from the network is not waited for; its body stays for a while, 
 
 import itertools
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import msgspec
@@ -208,11 +208,12 @@ class ArenaNode:
     @property
     def waiting_for(self) -> list[RobotId]:
         """Who is there and has not answered the present observation yet."""
-        return [
-            robot
-            for robot, place in self.robots.items()
-            if self._answered[place] < self.tick and robot not in self._lost
-        ]
+        return list(self._awaited())
+
+    def _awaited(self) -> Iterator[RobotId]:
+        for robot, place in self.robots.items():
+            if self._answered[place] < self.tick and robot not in self._lost:
+                yield robot
 
     @property
     def is_ready(self) -> bool:
@@ -223,7 +224,7 @@ class ArenaNode:
         if not self.lockstep:
             return True
         is_begun = self.tick > 0 or len(self.robots) >= self.expect
-        return is_begun and len(self.robots) > len(self._lost) and not self.waiting_for
+        return is_begun and len(self.robots) > len(self._lost) and not any(self._awaited())
 
     def advance(self) -> None:
         """Let one control period pass; then everybody with a body is observed."""

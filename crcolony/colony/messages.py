@@ -8,7 +8,7 @@ one thing only. Whatever comes in, `decode_…` returns a message or raises Wire
 specification for strangers.
 """
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Generic, Literal, TypeVar
 
 import msgspec
 import numpy as np
@@ -156,8 +156,8 @@ def open_letter(data: bytes) -> tuple[Letter, Mating]:
 
     Everything cheap is done here, so that a letter that nobody waits for costs no verification. Raises WireError.
     """
-    letter = _letters.decode(data)
-    message = _mating.decode(letter.content)
+    letter = decode_letter(data)
+    message = decode_mating(letter.content)
     if robot_id(letter.key) != sender_of(message):
         raise WireError("the letter's key is not its sender's")
     return letter, message
@@ -278,14 +278,17 @@ def encode(message: Any) -> bytes:
     return _encoder.encode(message)
 
 
-class Door:
+T = TypeVar("T")
+
+
+class Door(Generic[T]):
     """The one way in for bytes of one kind of message."""
 
     def __init__(self, kind: Any, most_bytes: int) -> None:
-        self._decoder: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(kind)
+        self._decoder: msgspec.msgpack.Decoder[T] = msgspec.msgpack.Decoder(kind)
         self._most_bytes = most_bytes
 
-    def decode(self, data: bytes) -> Any:
+    def decode(self, data: bytes) -> T:
         """Return the message; raises WireError for anything that is not one in its canonical form."""
         if len(data) > self._most_bytes:
             raise WireError(f"{len(data)} bytes, at most {self._most_bytes} are allowed")
@@ -298,39 +301,10 @@ class Door:
         return message
 
 
-_letters = Door(Letter, LETTER_BYTES)
-_mating = Door(Mating, LETTER_BYTES)
-_joins = Door(Join | Leave, BODY_BYTES)
-_places = Door(Embodied | Refused, BODY_BYTES)
-_observations = Door(Observation, BODY_BYTES)
-_actions = Door(Action, BODY_BYTES)
-
-
-def decode_mating(data: bytes) -> Mating:
-    """Return the content of a letter; raises WireError."""
-    message: Mating = _mating.decode(data)
-    return message
-
-
-def decode_join(data: bytes) -> Join | Leave:
-    """Return what a robot asks an arena; raises WireError."""
-    message: Join | Leave = _joins.decode(data)
-    return message
-
-
-def decode_place(data: bytes) -> Embodied | Refused:
-    """Return what the arena answers; raises WireError."""
-    message: Embodied | Refused = _places.decode(data)
-    return message
-
-
-def decode_observation(data: bytes) -> Observation:
-    """Return what a body senses; raises WireError."""
-    message: Observation = _observations.decode(data)
-    return message
-
-
-def decode_action(data: bytes) -> Action:
-    """Return what a robot commands; raises WireError."""
-    message: Action = _actions.decode(data)
-    return message
+decode_letter = Door[Letter](Letter, LETTER_BYTES).decode
+decode_mating = Door[Mating](Mating, LETTER_BYTES).decode
+"""Of the content of a letter"""
+decode_join = Door[Join | Leave](Join | Leave, BODY_BYTES).decode
+decode_place = Door[Embodied | Refused](Embodied | Refused, BODY_BYTES).decode
+decode_observation = Door[Observation](Observation, BODY_BYTES).decode
+decode_action = Door[Action](Action, BODY_BYTES).decode

@@ -185,41 +185,11 @@ class Scene(Message, frozen=True, tag="scene"):
     packs: Annotated[list[SeenPack], Meta(max_length=4096)]
 
 
-_told = Door(Told, LETTER_BYTES)
-_states = Door(State, BODY_BYTES)
-_asks = Door(Ask, BODY_BYTES)
-_pasts = Door(Past, LETTER_BYTES * 2)
-_scenes = Door(Scene, SCENE_BYTES)
-
-
-def decode_told(data: bytes) -> Told:
-    """Return an event as told; raises WireError."""
-    told: Told = _told.decode(data)
-    return told
-
-
-def decode_state(data: bytes) -> State:
-    """Return a robot's state; raises WireError."""
-    state: State = _states.decode(data)
-    return state
-
-
-def decode_ask(data: bytes) -> Ask:
-    """Return an observer's question; raises WireError."""
-    ask: Ask = _asks.decode(data)
-    return ask
-
-
-def decode_past(data: bytes) -> Past:
-    """Return the answer to it; raises WireError."""
-    past: Past = _pasts.decode(data)
-    return past
-
-
-def decode_scene(data: bytes) -> Scene:
-    """Return a scene; raises WireError."""
-    scene: Scene = _scenes.decode(data)
-    return scene
+decode_told = Door[Told](Told, LETTER_BYTES).decode
+decode_state = Door[State](State, BODY_BYTES).decode
+decode_ask = Door[Ask](Ask, BODY_BYTES).decode
+decode_past = Door[Past](Past, 2 * LETTER_BYTES).decode
+decode_scene = Door[Scene](Scene, SCENE_BYTES).decode
 
 
 class Ring:

@@ -1,4 +1,9 @@
-"""The key expressions of the colony on Zenoh. PROTOCOL.md explains each."""
+"""The key expressions of the colony on Zenoh. PROTOCOL.md explains each.
+
+Anybody may put anything into a key that others hear: what is read out of one is checked here.
+"""
+
+from typing import NamedTuple
 
 from crcolony.colony.identity import ID_BYTES, RobotId
 from crcolony.colony.messages import VERSION
@@ -70,11 +75,54 @@ ALL_ROBOTS_ALIVE = f"{ROOT}/colony/*/alive/*/*/*"
 ALL_ARENAS_ALIVE = f"{ROOT}/arena/*/alive/*/*"
 
 
-def version_of(key: str) -> int | None:
-    """Return the version of the protocol that a key belongs to, or None if it is none of ours."""
-    root, _, rest = key.partition("/")
-    version = rest.partition("/")[0]
-    return int(version) if root == "crcolony" and version.isdigit() else None
+_LIFE_BELOW, _WORLD_BELOW, _VERSION_BELOW = 2**32, 2**62, 2**32
+
+
+class RobotToken(NamedTuple):
+    """What the key of a robot's liveliness token says."""
+
+    colony: str
+    robot: RobotId
+    life: int
+    session: str
+
+
+class ArenaToken(NamedTuple):
+    """What the key of an arena's liveliness token says."""
+
+    arena: str
+    world: int
+    session: str
+
+
+def robot_token(key: str) -> RobotToken | None:
+    """Return what a robot's token says, or None if it is none."""
+    match chunks(key):
+        case ["colony", colony, "alive", name, number, session]:
+            robot, life = robot_in(name), _number_in(number, _LIFE_BELOW)
+            if robot is not None and life is not None:
+                return RobotToken(colony, robot, life, session)
+    return None
+
+
+def arena_token(key: str) -> ArenaToken | None:
+    """Return what an arena's token says, or None if it is none."""
+    match chunks(key):
+        case ["arena", arena, "alive", number, session]:
+            world = _number_in(number, _WORLD_BELOW)
+            if world is not None:
+                return ArenaToken(arena, world, session)
+    return None
+
+
+def stranger_in(key: str) -> tuple[RobotId, int] | None:
+    """Return the robot whose token this is and the version of the protocol that it speaks, if it is another one."""
+    match key.split("/"):
+        case ["crcolony", number, "colony", _, "alive", name, _, _]:
+            robot, version = robot_in(name), _number_in(number, _VERSION_BELOW)
+            if robot is not None and version not in (None, VERSION):
+                return robot, version or 0
+    return None
 
 
 def chunks(key: str) -> list[str]:
@@ -89,3 +137,8 @@ def robot_in(chunk: str) -> RobotId | None:
     except ValueError:
         return None
     return robot if len(robot) == ID_BYTES else None
+
+
+def _number_in(chunk: str, below: int) -> int | None:
+    is_number = chunk.isascii() and chunk.isdigit() and len(chunk) <= len(str(below))
+    return int(chunk) if is_number and int(chunk) < below else None

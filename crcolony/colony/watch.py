@@ -41,25 +41,18 @@ class Watch:
 
     def token(self, key: str, is_there: bool) -> None:
         """Take a liveliness token of a robot or an arena."""
-        match keys.chunks(key):
-            case ["colony", colony, "alive", name, life, session] if life.isdigit():
-                self._robot_token(colony, name, (int(life), session), is_there)
-            case ["arena", arena, "alive", _, session]:
-                sessions = self.arenas.setdefault(arena, set())
-                (sessions.add if is_there else sessions.discard)(session)
-            case _:
-                self.malformed += 1
-
-    def _robot_token(self, colony: str, name: str, life: tuple[int, str], is_there: bool) -> None:
-        robot = keys.robot_in(name)
-        if robot is None:
-            self.malformed += 1
-            return
-        watched = self.robots.setdefault(robot, Watched(robot, colony))
-        if is_there:
-            watched.lives[life] = None
+        robot, arena = keys.robot_token(key), keys.arena_token(key)
+        if robot is not None:
+            watched = self.robots.setdefault(robot.robot, Watched(robot.robot, robot.colony))
+            if is_there:
+                watched.lives[robot.life, robot.session] = None
+            else:
+                watched.lives.pop((robot.life, robot.session), None)
+        elif arena is not None:
+            sessions = self.arenas.setdefault(arena.arena, set())
+            (sessions.add if is_there else sessions.discard)(arena.session)
         else:
-            watched.lives.pop(life, None)
+            self.malformed += 1
 
     def told_state(self, key: str, data: bytes, now_s: float) -> None:
         """Take a robot's state."""

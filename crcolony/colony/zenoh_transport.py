@@ -15,7 +15,7 @@ from zenoh.handlers import Callback
 from crcolony.colony import keys
 from crcolony.colony.identity import RobotId
 from crcolony.colony.keys import ArenaKeys, ColonyKeys
-from crcolony.colony.messages import BODY_BYTES, LETTER_BYTES, SCENE_BYTES, VERSION
+from crcolony.colony.messages import BODY_BYTES, LETTER_BYTES, SCENE_BYTES
 from crcolony.colony.token_check import TokenCheck
 from crcolony.colony.transport import (
     Acted,
@@ -164,34 +164,29 @@ class RobotTransport:
         publisher.put(data)
 
     def _on_robot(self, sample: zenoh.Sample) -> None:
-        *_, name, life, session = keys.chunks(str(sample.key_expr))
-        robot = keys.robot_in(name)
-        if robot is None or not life.isdigit() or int(life) >= 2**32:
+        token = keys.robot_token(str(sample.key_expr))
+        if token is None:
             return
         if sample.kind == zenoh.SampleKind.PUT:
-            self._gone.discard(session)
-            self._deliver(RobotSeen(robot, int(life), session))
-        else:
-            if len(self._gone) < _MOST_GONE:
-                self._gone.add(session)
-            self._deliver(RobotGone(robot, int(life), session))
+            self._gone.discard(token.session)
+        elif len(self._gone) < _MOST_GONE:
+            self._gone.add(token.session)
+        self._deliver(_presence(sample, token))
 
     def _on_version(self, sample: zenoh.Sample) -> None:
-        key = str(sample.key_expr)
-        robot, version = keys.robot_in(key.split("/")[-3]), keys.version_of(key)
-        is_there = sample.kind == zenoh.SampleKind.PUT
-        if robot is not None and version not in (None, VERSION) and is_there:
-            self._deliver(StrangerSeen(robot, version or 0))
+        stranger = keys.stranger_in(str(sample.key_expr))
+        if stranger is not None and sample.kind == zenoh.SampleKind.PUT:
+            self._deliver(StrangerSeen(*stranger))
 
     def _on_scene(self, sample: zenoh.Sample) -> None:
         if self.is_searching:
             self._deliver(Shown(_content(sample.payload, SCENE_BYTES)))
 
     def _on_arena(self, sample: zenoh.Sample) -> None:
-        *_, world, _ = keys.chunks(str(sample.key_expr))
-        if world.isdigit():
+        token = keys.arena_token(str(sample.key_expr))
+        if token is not None:
             kind = ArenaSeen if sample.kind == zenoh.SampleKind.PUT else ArenaGone
-            self._deliver(kind(int(world)))
+            self._deliver(kind(token.world))
 
 
 class ArenaTransport:
@@ -238,11 +233,14 @@ class ArenaTransport:
         self._deliver(Asked("join", b"", _payload(query), _answer_to(query)))
 
     def _on_robot(self, sample: zenoh.Sample) -> None:
-        *_, name, life, session = keys.chunks(str(sample.key_expr))
-        robot = keys.robot_in(name)
-        if robot is not None and life.isdigit():
-            kind = RobotSeen if sample.kind == zenoh.SampleKind.PUT else RobotGone
-            self._deliver(kind(robot, int(life), session))
+        token = keys.robot_token(str(sample.key_expr))
+        if token is not None:
+            self._deliver(_presence(sample, token))
+
+
+def _presence(sample: zenoh.Sample, token: keys.RobotToken) -> RobotSeen | RobotGone:
+    kind = RobotSeen if sample.kind == zenoh.SampleKind.PUT else RobotGone
+    return kind(token.robot, token.life, token.session)
 
 
 def _payload(query: zenoh.Query) -> bytes:

@@ -54,10 +54,13 @@ def main() -> None:
     heard: SimpleQueue[Line] = SimpleQueue()
 
     def on_token(sample: zenoh.Sample) -> None:
-        what, _, _, name, *life, session = keys.chunks(str(sample.key_expr))
-        robot = name if what == "colony" else ""
-        there = sample.kind == zenoh.SampleKind.PUT
-        heard.put(Token(time.monotonic(), robot, int(life[0]) if robot else 0, session, there))
+        there, key = sample.kind == zenoh.SampleKind.PUT, str(sample.key_expr)
+        robot, arena = keys.robot_token(key), keys.arena_token(key)
+        if robot is not None:
+            name = robot.robot.hex()
+            heard.put(Token(time.monotonic(), name, robot.life, robot.session, there))
+        elif arena is not None:
+            heard.put(Token(time.monotonic(), "", 0, arena.session, there))
 
     def on_state(sample: zenoh.Sample) -> None:
         with contextlib.suppress(WireError):

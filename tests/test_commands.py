@@ -47,6 +47,7 @@ def refusal(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:
         ("robot --out x --snapshot 0", "--snapshot 0: from 0.1 to 86400 seconds"),
         ("robot --out x --connect nowhere", "nowhere: not an endpoint"),
         ("robot --out x --connect tcp/127.0.0.1:99999", "not an endpoint"),
+        ("robot --out x --connect tcp/127.0.0.1:²", "not an endpoint"),
         ("robot --out x --interface nosuch0", "interface nosuch0: No such device"),
         ("robot --out x --client --listen tcp/127.0.0.1:1", "--client goes with --connect alone"),
         ("robot --out x --key missing", "missing: cannot be read: No such file"),

@@ -331,9 +331,14 @@ def telemetry(peer: Hostile) -> Callable[[], None]:
 
 
 def tokens(peer: Hostile) -> Callable[[], None]:
-    """Claims to be on the network as each of the robots, in an older life."""
+    """Claims to be on the network as each of the robots, in an older life, and in lives that are no numbers."""
     live = peer.session.liveliness()
-    claims = [live.declare_token(peer.colony.alive(robot, 1, "hostile")) for robot in peer.robots]
+    lives = ("1", "²", "9" * 5000)
+    claims = [
+        live.declare_token(peer.colony.alive(robot, 0, "hostile").replace("/0/", f"/{life}/"))
+        for robot in peer.robots
+        for life in lives
+    ]
 
     def shoot() -> None:
         assert claims

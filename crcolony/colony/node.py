@@ -1,8 +1,8 @@
 """A robot as a citizen of its colony: its mind, its memory and its matings, driven by observations, letters and time.
 
 No clock, no threads, no sockets: time is passed in, bytes go out through a `Transport`, and everything that must
-survive goes through a `Store`. A process runs one of these (`processes/robot.py`), a host many, and the simulation
-of `simulation.py` whole colonies of them.
+survive goes through a `Store`. `embodied_robot.py` gives it a body; a host runs many, and the simulation of
+`simulation/` whole colonies of them.
 """
 
 import math

@@ -3,7 +3,7 @@
 In meshes of a hundred that start at once, Zenoh was seen to lose tokens for good though every link was up. Every
 process of ours has a token that names its session, so a connected peer without one is such a case, or a stranger: any
 Zenoh program may be one. So this is told, and nothing is done about it; a robot that meets one it cannot see has better
-evidence (`processes/robot.py`).
+evidence (`embodied_robot.py`).
 """
 
 import threading

@@ -1,4 +1,4 @@
-"""The seam between a colony and whatever carries its bytes: Zenoh, or a lossy network in memory (`simulation.py`).
+"""The seam between a colony and whatever carries its bytes: Zenoh, or the lossy network of `simulation/`.
 
 What goes out are calls of a `Transport`; what comes in are `Arrival`s, handed to one function that must only enqueue
 them. Nothing here knows what the bytes mean.
@@ -138,4 +138,8 @@ class Transport(Protocol):
 
     def tell(self, robot: RobotId, topic: Literal["state", "event"], data: bytes) -> None:
         """Publish telemetry of a robot here."""
+        ...
+
+    def search(self, is_searching: bool) -> None:
+        """Let what the arena shows to everybody arrive as `Shown`, or not."""
         ...

@@ -55,8 +55,7 @@ class RobotTransport:
         self._publishers: dict[str, zenoh.Publisher] = {}
         self._lives: dict[RobotId, int] = {}
         self._declared: dict[RobotId, list[Any]] = {}
-        self.is_searching = False
-        """Whether what the arena shows is looked at"""
+        self._is_searching = False
         self._gone: set[str] = set()
         """Sessions whose token has gone: Zenoh may keep the link of one that is closed, and that is nobody"""
         self._begin(session)
@@ -157,6 +156,10 @@ class RobotTransport:
         key = self._colony.state(robot) if topic == "state" else self._colony.event(robot)
         self._publish(key, data)
 
+    def search(self, is_searching: bool) -> None:
+        """Let what the arena shows arrive, or not."""
+        self._is_searching = is_searching
+
     def _publish(self, key: str, data: bytes) -> None:
         publisher = self._publishers.get(key)
         if publisher is None:
@@ -179,7 +182,7 @@ class RobotTransport:
             self._deliver(StrangerSeen(*stranger))
 
     def _on_scene(self, sample: zenoh.Sample) -> None:
-        if self.is_searching:
+        if self._is_searching:
             self._deliver(Shown(_content(sample.payload, SCENE_BYTES)))
 
     def _on_arena(self, sample: zenoh.Sample) -> None:

@@ -11,12 +11,12 @@ from pathlib import Path
 from crcolony.colony import telemetry
 from crcolony.colony.arena_node import ArenaNode
 from crcolony.colony.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
-from crcolony.colony.exchanges import Bucket
 from crcolony.colony.identity import RobotId
 from crcolony.colony.inbox import Inbox
-from crcolony.colony.messages import Leave, Refused, WireError, decode_action, decode_join, encode
+from crcolony.colony.messages import encode
+from crcolony.colony.reception import Reception
 from crcolony.colony.results import ResultsError, replace_file
-from crcolony.colony.transport import Acted, Arrival, Asked, RobotGone, RobotSeen
+from crcolony.colony.transport import Arrival
 from crcolony.colony.zenoh_transport import ArenaTransport
 
 _SCENE_PERIOD_S = 0.1
@@ -24,8 +24,6 @@ _REPEAT_S = 0.5
 """In lockstep a robot that does not answer is told again after this."""
 _SAVE_PERIOD_S = 10.0
 _HOUSEKEEPING_S = 0.5
-_LINES_PER_S = 100.0
-_MOST_REFUSED = 1000
 
 
 class ArenaProcess:
@@ -49,12 +47,8 @@ class ArenaProcess:
         self._wall_period_s = wall_period_s
         self._checkpoint = checkpoint
         self._say = say
-        self._lines = Bucket(_LINES_PER_S)
+        self._reception = Reception(node, transport.forget, say)
         self._scenes = 0
-        self._refused: dict[RobotId, None] = {}
-        """Who was told, so that it is said once"""
-        self._sessions: dict[RobotId, set[str]] = {}
-        """Where every robot is on the network"""
         now_s = time.monotonic()
         self._scene_due_s = self._housekeeping_due_s = now_s
         self._save_due_s = now_s + _SAVE_PERIOD_S
@@ -106,63 +100,8 @@ class ArenaProcess:
         for robot in robots:
             self._transport.observe(robot, self._node.observation(robot))
 
-    # What arrives ----------------------------------------------------------------------------------------------
-
     def _take(self, arrival: Arrival) -> None:
-        match arrival:
-            case Acted(robot=robot, action=data):
-                try:
-                    self._node.act(robot, decode_action(data))
-                except WireError:
-                    self._node.counts["malformed"] += 1
-            case Asked(about="join", question=question, answer=answer):
-                self._admit(question, answer)
-            case RobotSeen(robot=robot, session=session):
-                self._sessions.setdefault(robot, set()).add(session)
-                self._node.find(robot)
-            case RobotGone(robot=robot, session=session):
-                sessions = self._sessions.get(robot, set())
-                sessions.discard(session)
-                if not sessions:
-                    self._sessions.pop(robot, None)
-                    self._node.lose(robot, time.monotonic())
-
-    def _admit(self, question: bytes, answer: Callable[[bytes], None]) -> None:
-        node = self._node
-        try:
-            request = decode_join(question)
-        except WireError as error:
-            node.counts["malformed"] += 1
-            self._say_of_strangers(f"malformed request for a body: {error}")
-            return
-        if isinstance(request, Leave):
-            if request.robot in node.robots:
-                self._say_of_strangers(
-                    f"robot {request.robot.hex()[:8]} leaves place {node.robots[request.robot]}"
-                )
-                node.leave(request.robot)
-                self._transport.forget(request.robot)
-            return
-        is_new = request.robot not in node.robots
-        reply = node.join(request)
-        answer(encode(reply))
-        name = f"robot {request.robot.hex()[:8]} of colony {request.colony}"
-        if request.robot not in node.robots:
-            if isinstance(reply, Refused) and request.robot not in self._refused:
-                self._refused[request.robot] = None
-                self._say_of_strangers(f"{name} gets no place: {reply.reason}")
-                if len(self._refused) > _MOST_REFUSED:
-                    self._refused.clear()
-            return
-        if request.robot not in self._sessions:
-            node.lose(request.robot, time.monotonic())  # until it is on the network
-        if is_new:
-            self._say_of_strangers(f"{name} gets place {node.robots[request.robot]}")
-
-    def _say_of_strangers(self, line: str) -> None:
-        """Say what anybody can make an arena say, but not without end."""
-        if self._lines.take(time.monotonic()):
-            self._say(line)
+        self._reception.take(time.monotonic(), arrival)
 
     # Now and then ----------------------------------------------------------------------------------------------
 
@@ -173,9 +112,7 @@ class ArenaProcess:
             self._transport.show(encode(self._scene()))
         if now_s >= self._housekeeping_due_s:
             self._housekeeping_due_s = now_s + _HOUSEKEEPING_S
-            for robot in self._node.forget_lost(now_s):
-                self._say(f"robot {robot.hex()[:8]} did not come back; its body is removed")
-                self._transport.forget(robot)
+            self._reception.forget_lost(now_s)
         if now_s >= self._save_due_s:
             self._save_due_s = now_s + _SAVE_PERIOD_S
             self._save()

@@ -14,6 +14,7 @@ import numpy as np
 from rich.console import Console
 
 from crcolony.colony.arena_node import ArenaNode
+from crcolony.colony.embodied_robot import STATE_PERIOD_S
 from crcolony.colony.identity import RobotId, create_key, load_key
 from crcolony.colony.inbox import Inbox
 from crcolony.colony.memory.store import Store
@@ -22,7 +23,6 @@ from crcolony.colony.network import Network, open_session
 from crcolony.colony.node import RobotNode
 from crcolony.colony.processes.arena import ArenaProcess, restore_arena
 from crcolony.colony.processes.closing import say_summary
-from crcolony.colony.processes.robot import STATE_PERIOD_S
 from crcolony.colony.processes.start import KEY, MEMORY, WORLD, make_folder, say
 from crcolony.colony.processes.start_arena import new_arena
 from crcolony.colony.raising import own_streams, raise_robots

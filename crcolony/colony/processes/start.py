@@ -89,7 +89,6 @@ def run_robot(options: RobotOptions) -> None:
             transport,
             inbox,
             config,
-            options.colony,
             options.arena,
             options.number,
             options.snapshot_s,

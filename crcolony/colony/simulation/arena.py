@@ -1,23 +1,13 @@
-"""The process of an arena in virtual time, as `processes/arena.py` runs it by the clock, and its restarts."""
+"""The process of an arena in virtual time, in place of `processes/arena.py`, and its restarts."""
 
-from collections.abc import Callable
 from random import Random
 from typing import Any
 
 from crcolony.colony.arena_node import ArenaNode
-from crcolony.colony.identity import RobotId
-from crcolony.colony.messages import Leave, WireError, decode_action, decode_join, encode
+from crcolony.colony.messages import encode
+from crcolony.colony.reception import Reception
 from crcolony.colony.simulation.network import ARENA, Schedule, SimulatedNetwork
-from crcolony.colony.transport import (
-    Acted,
-    ArenaGone,
-    ArenaSeen,
-    Arrival,
-    Asked,
-    Observed,
-    RobotGone,
-    RobotSeen,
-)
+from crcolony.colony.transport import ArenaGone, ArenaSeen, Arrival, Observed, Shown
 from crcolony.config import Config
 
 _SAVE_TICKS, _GRACE_S = 25, 4.0
@@ -37,7 +27,6 @@ class SimulatedArena:
         self._config, self._schedule, self._network, self._rng = config, schedule, network, rng
         self._is_closed = False
         self._checkpoint: dict[str, Any] | None = None
-        self._sessions: dict[RobotId, set[str]] = {}
 
     def start(self) -> None:
         """Begin a run of the arena, unless one is under way."""
@@ -49,7 +38,7 @@ class SimulatedArena:
             node.restore(self._checkpoint)
             for robot in node.robots:
                 node.lose(robot, self._schedule.now_s)
-        self._sessions = {}
+        self._reception = Reception(node)
         self._network.host(ARENA, self, ArenaSeen(world), ArenaGone(world))
         self._schedule.after(self._config.arena.control_period_s, lambda: self._tick(node))
 
@@ -71,34 +60,14 @@ class SimulatedArena:
         self.ticks += 1
         for robot in node.robots:
             self._network.post((ARENA, robot), Observed(robot, node.observation(robot)))
-        node.forget_lost(self._schedule.now_s)
+        if self._network.searching:
+            scene = encode(node.scene("arena", self.ticks, unix_ms=0))
+            for robot in sorted(self._network.searching):
+                self._network.post((ARENA, robot), Shown(scene))
+        self._reception.forget_lost(self._schedule.now_s)
         if node.tick % _SAVE_TICKS == 0:
             self._checkpoint = node.save()
 
     def deliver(self, arrival: Arrival) -> None:
         """Take what has arrived."""
-        node = self.node
-        assert node is not None, "only a running arena is reached"
-        match arrival:
-            case Acted(robot=robot, action=data):
-                node.act(robot, decode_action(data))
-            case Asked(about="join", question=question, answer=answer):
-                self._admit(node, question, answer)
-            case RobotSeen(robot=robot, session=session):
-                self._sessions.setdefault(robot, set()).add(session)
-                node.find(robot)
-            case RobotGone(robot=robot, session=session):
-                sessions = self._sessions.get(robot, set())
-                sessions.discard(session)
-                if not sessions:
-                    node.lose(robot, self._schedule.now_s)
-
-    def _admit(self, node: ArenaNode, question: bytes, answer: Callable[[bytes], None]) -> None:
-        try:
-            request = decode_join(question)
-        except WireError:
-            return
-        if isinstance(request, Leave):
-            node.leave(request.robot)
-        else:
-            answer(encode(node.join(request)))
+        self._reception.take(self._schedule.now_s, arrival)

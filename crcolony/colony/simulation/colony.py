@@ -1,9 +1,9 @@
 """Deterministic simulation: whole colonies in one thread and in virtual time, with everything going wrong by seed.
 
-As FoundationDB's and TigerBeetle's: what runs is what robots run (`node.py`, `mating.py`, `store.py`, `arena_node.py`,
-real signatures, SQLite files, the compiled world); only clock, network and processes are simulated. A seed decides
-everything, so every failure can be repeated. The faults end after a while, then the colony lives in peace, then the
-world stands still, and after that nothing may be left open.
+As FoundationDB's and TigerBeetle's: what runs is what robots and arenas run (`embodied_robot.py`, `reception.py` and
+all below them, real signatures, SQLite files, the compiled world); only clock, network and disks are simulated. A seed
+decides everything, so every failure can be repeated. The faults end after a while, then the colony lives in peace, then
+the world stands still, and after that nothing may be left open.
 """
 
 import tempfile
@@ -232,7 +232,7 @@ class _Nemesis:
 
     def _pause(self) -> None:
         robot = self._any()
-        if robot.node is not None and not robot.is_paused:
+        if robot.living is not None and not robot.is_paused:
             robot.is_paused = True
             self._later(robot.resume)
 

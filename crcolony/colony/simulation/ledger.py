@@ -34,10 +34,10 @@ def close_books(robots: Sequence[SimulatedRobot], witness: Witness, mutates: boo
 
 def _end(robot: SimulatedRobot, witness: Witness) -> None:
     """Nothing may be open; and who comes back from the disk is who was saved, and goes on like it."""
-    node = robot.node
-    if node is None:
+    if robot.living is None:
         witness.complain(f"{short(robot.id)}: is not alive")
         return
+    node = robot.living.node
     for record in node.waiting:
         witness.complain(f"{in_words(node.id, record.encounter)}: still {record.state} at the end")
     witness.demand(node.next_s == math.inf, f"{short(node.id)}: still waits for something")
@@ -62,6 +62,7 @@ class _Silence:
     def join(self, *_: Any) -> None: ...
     def act(self, *_: Any) -> None: ...
     def tell(self, *_: Any) -> None: ...
+    def search(self, *_: Any) -> None: ...
 
 
 def _equal(one: Any, other: Any) -> bool:

@@ -96,6 +96,8 @@ class SimulatedNetwork:
     ) -> None:
         self.counts: Counter[str] = Counter()
         self.cut: set[Link] = set()
+        self.searching: set[Endpoint] = set()
+        """Who looks at what the arena shows"""
         self._clogged: dict[Link, list[tuple[Arrival, float]]] = {}
         self._schedule, self._rng, self._faults, self._forge = schedule, rng, faults, forge
         self.is_calm = False
@@ -121,6 +123,7 @@ class SimulatedNetwork:
     def unhost(self, endpoint: Endpoint, says_goodbye: bool) -> None:
         """A process is there no more; without a goodbye its lease must run out."""
         self._processes.pop(endpoint, None)
+        self.searching.discard(endpoint)
         for token in self._tokens:
             if token.holder == endpoint and token.is_held:
                 token.is_held, token.says_goodbye = False, says_goodbye
@@ -259,3 +262,9 @@ class SimulatedTransport:
         """Publish telemetry; here somebody always listens."""
         self._strike()
         self._overhear(robot, topic, data)
+
+    def search(self, is_searching: bool) -> None:
+        """Let the arena's scenes come, or not."""
+        (self._network.searching.add if is_searching else self._network.searching.discard)(
+            self._robot
+        )

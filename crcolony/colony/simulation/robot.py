@@ -1,4 +1,4 @@
-"""The process of one robot in virtual time, as `processes/robot.py` runs it, which dies between any two effects.
+"""The process of one robot in virtual time, in place of `processes/robot.py`: it dies between any two effects.
 
 A crash forgets everything but the file of its memory; the next life begins from that, as a real process does.
 """
@@ -12,49 +12,25 @@ from functools import partial
 from pathlib import Path
 from random import Random
 
-import msgspec
-
+from crcolony.colony.embodied_robot import EmbodiedRobot
 from crcolony.colony.encounters import (
     Limits,
 )
 from crcolony.colony.identity import Identity
 from crcolony.colony.memory.store import StoreBroken, StoreFull
-from crcolony.colony.messages import (
-    Action,
-    Embodied,
-    Join,
-    Leave,
-    Observation,
-    decode_observation,
-    decode_place,
-    encode,
-    pack_row,
-    unpack_row,
-)
+from crcolony.colony.messages import Contact
 from crcolony.colony.node import RobotNode
 from crcolony.colony.raising import numbered_streams, raise_robots
 from crcolony.colony.simulation.checks import Witness
 from crcolony.colony.simulation.faults import CrashError, Faults, Hazard
 from crcolony.colony.simulation.network import Schedule, SimulatedNetwork, SimulatedTransport
 from crcolony.colony.simulation.store import Disk, SimulatedStore
-from crcolony.colony.transport import (
-    ArenaGone,
-    ArenaSeen,
-    Arrival,
-    Mail,
-    Observed,
-    Placed,
-    RobotGone,
-    RobotSeen,
-    Transport,
-)
+from crcolony.colony.transport import Arrival, RobotGone, RobotSeen, Transport
 from crcolony.config import Config
-from crcolony.robot.batch import habits_of
-from crcolony.world.settings import CyberRodent
 
 COLONY = "simulated"
 _BEGINNING_UNIX_S = 1_800_000_000.0
-_SNAPSHOT_S, _STATE_S, _SILENCE_S, _JOIN_RETRY_S = 8.0, 2.5, 3.0, 1.0
+_SNAPSHOT_S, _STATE_PERIOD_S = 8.0, 2.5
 _INBOX = 64
 """What a process that is stopped finds when it goes on; the network lets the rest go."""
 
@@ -73,12 +49,24 @@ class Surroundings:
     rng: Random
 
 
+class _WitnessedNode(RobotNode):
+    """A robot that is seen to be told of a contact."""
+
+    witness: Witness
+
+    def attend(self, now_s: float, tick: int, contact: Contact | None) -> None:
+        """See to what happened."""
+        if contact is not None:
+            self.witness.met(self.id, contact)
+        super().attend(now_s, tick, contact)
+
+
 class SimulatedRobot:
     """A robot: one life after the other."""
 
     def __init__(self, number: int, identity: Identity, around: Surroundings) -> None:
         self.id, self.number, self.around = identity.id, number, around
-        self.node: RobotNode | None = None
+        self.living: EmbodiedRobot | None = None
         self.is_paused = False
         self.clock_error_s = 0.0
         self._identity = identity
@@ -86,9 +74,8 @@ class SimulatedRobot:
         self._hazard = Hazard(around.rng, 0.0)
         self.disk = Disk(around.rng, around.faults.broken_disks)
         self._inbox: deque[Arrival] = deque()
-        self._place: Embodied | None = None
-        self._observed_s = -math.inf
-        self._starts = 0
+        self._alarm_s = math.inf
+        self._starts = self._sessions = 0
 
     # Lives -----------------------------------------------------------------------------------------------------
 
@@ -102,22 +89,35 @@ class SimulatedRobot:
         around = self.around
         is_calm = around.network.is_calm
         self._hazard = Hazard(around.rng, 0.0 if is_calm else around.faults.crash_operations)
-        self._transport = SimulatedTransport(
-            around.network, self.id, self._hazard.strike, around.witness.overhear
-        )
-        node = self.new_node(self._transport)
-        node.begin(around.schedule.now_s)
-        around.witness.began(node)
-        self._place = None
-        self._tick = -1
+        transport = SimulatedTransport(around.network, self.id, self._hazard.strike, self._overhear)
+        robot = EmbodiedRobot(
+            self.new_node(transport), transport, around.config, "arena", self.number, _SNAPSHOT_S,
+            self._come_anew, state_period_s=_STATE_PERIOD_S,
+        )  # fmt: skip
+        robot.begin(around.schedule.now_s)
+        around.witness.began(robot.node)
         self._inbox.clear()
-        now_s = around.schedule.now_s
-        self._observed_s, self._join_s, self._alarm_s = -math.inf, now_s, math.inf
-        self._snapshot_s, self._state_s = now_s + _SNAPSHOT_S, now_s
-        self.node = node
-        session = f"{self.number}.{self._starts}"
-        seen = RobotSeen(self.id, node.life, session)
-        around.network.host(self.id, self, seen, RobotGone(self.id, node.life, session))
+        self._alarm_s = math.inf
+        self.living = robot
+        self._come_onto_network(robot.node.life)
+
+    def _come_onto_network(self, life: int) -> None:
+        self._sessions += 1
+        session = f"{self.number}.{self._sessions}"
+        self.around.network.host(
+            self.id, self, RobotSeen(self.id, life, session), RobotGone(self.id, life, session)
+        )
+
+    def _come_anew(self) -> None:
+        assert self.living is not None, "only who lives misses another"
+        self.around.witness.counts["came anew"] += 1
+        self.around.network.unhost(self.id, says_goodbye=True)
+        self._come_onto_network(self.living.node.life)
+
+    def _overhear(self, robot: bytes, kind: str, data: bytes) -> None:
+        self.around.witness.overhear(robot, kind, data)
+        if kind == "state" and self.living is not None:
+            self.around.witness.inspect(self.living.node)
 
     def new_node(self, transport: Transport) -> RobotNode:
         """Return the robot as its memory has it, in a new life that has not begun."""
@@ -130,7 +130,7 @@ class SimulatedRobot:
         )
         memory.attach(self.id, self.disk, self._hazard, around.witness)
         life = memory.begin_life(int(self.unix_s()))
-        return RobotNode(
+        node = _WitnessedNode(
             self._identity,
             COLONY,
             self.number,
@@ -142,6 +142,8 @@ class SimulatedRobot:
             limits=around.limits,
             unix_s=self.unix_s,
         )
+        node.witness = around.witness
+        return node
 
     def crash(self, says_goodbye: bool = True) -> None:
         """Die at once."""
@@ -150,9 +152,9 @@ class SimulatedRobot:
         around = self.around
         around.network.unhost(self.id, says_goodbye)
         self._memory.drop()
-        if self.node is not None:
-            around.witness.ended(self.node)
-        self.node, self._memory, self.is_paused = None, None, False
+        if self.living is not None:
+            around.witness.ended(self.living.node)
+        self.living, self._memory, self.is_paused = None, None, False
         if not around.network.is_calm:
             is_long = around.rng.random() < 0.2
             away_s = around.rng.uniform(3.0, 9.0) if is_long else around.rng.uniform(0.1, 2.0)
@@ -163,22 +165,21 @@ class SimulatedRobot:
         self._guard(self._save_and_leave)
 
     def _save_and_leave(self) -> None:
-        if self.node is None or self.is_paused:
+        if self.living is None or self.is_paused:
             return
         self.around.network.unhost(self.id, says_goodbye=True)
-        self._transport.join(self.id, encode(Leave(self.id)))
-        self.node.save()
+        self.living.leave()
+        self.living.node.save()
         self.crash()
 
     def resume(self) -> None:
         """Go on after a pause, with what has arrived meanwhile."""
         self.is_paused = False
         self._alarm_s = math.inf
-        while self._inbox and self.node is not None:
+        while self._inbox and self.living is not None:
             arrival = self._inbox.popleft()
             self._guard(partial(self._take, arrival))
-        if self.node is not None:
-            self._guard(self._keep_time)
+        self._guard(self._keep_time)
 
     def be_spared(self) -> None:
         """Nothing goes wrong any more."""
@@ -190,8 +191,10 @@ class SimulatedRobot:
     @property
     def is_living(self) -> bool:
         """Whether it is there, has a body, and senses something."""
-        silent_s = self.around.schedule.now_s - self._observed_s
-        return self.node is not None and self._place is not None and silent_s < 1.0
+        if self.living is None:
+            return False
+        silent_s = self.around.schedule.now_s - self.living.observed_s
+        return self.living.has_body and silent_s < 1.0
 
     def unix_s(self) -> float:
         """Return what the clock of this machine says."""
@@ -225,83 +228,21 @@ class SimulatedRobot:
             self._inbox.append(arrival)
 
     def _take(self, arrival: Arrival) -> None:
-        node, now_s = self.node, self.around.schedule.now_s
-        if node is None:
-            return
-        match arrival:
-            case Observed(observation=data):
-                self._observe(node, now_s, decode_observation(data))
-            case Mail(letter=letter):
-                node.receive(now_s, letter)
-            case RobotSeen(robot=robot, life=life, session=session):
-                node.robot_seen(now_s, robot, life, session)
-            case RobotGone(robot=robot, life=life, session=session):
-                node.robot_gone(now_s, robot, life, session)
-            case Placed(answer=answer):
-                self._embody(node, now_s, answer)
-            case ArenaSeen():
-                self._seek(now_s)
-            case ArenaGone(world=world) if self._place and world == self._place.world:
-                self._place, node.arena = None, ""
-
-    def _seek(self, now_s: float) -> None:
-        self._join_s = now_s + _JOIN_RETRY_S
-        self._transport.join(self.id, encode(Join(self.id, COLONY, self.number)))
-
-    def _embody(self, node: RobotNode, now_s: float, answer: bytes) -> None:
-        place = decode_place(answer)
-        if not isinstance(place, Embodied):
-            return
-        if self._place is None or place.world != self._place.world:
-            self._tick = -1
-        self._place, self._observed_s, node.arena = place, now_s, "arena"
-        body = msgspec.json.decode(place.body, type=CyberRodent)
-        config = self.around.config
-        node.robot.embody(habits_of(config.learning, config.life, body))
-
-    def _observe(self, node: RobotNode, now_s: float, observation: Observation) -> None:
-        place = self._place
-        if place is None or observation.world != place.world or observation.tick <= self._tick:
-            return
-        node.period_ms = min(1e9, 1000.0 * (now_s - self._observed_s))
-        self._observed_s, self._tick = now_s, observation.tick
-        action = node.robot.step(unpack_row(observation.row))
-        answer = encode(Action(observation.tick, pack_row(action)))
-        if observation.contact is not None:
-            self.around.witness.met(self.id, observation.contact)
-        node.attend(now_s, observation.tick, observation.contact)
-        if node.robot.events:
-            node.finish_step()
-        self._transport.act(self.id, answer)
+        if self.living is not None:
+            self.living.take(self.around.schedule.now_s, arrival)
 
     # The clock -------------------------------------------------------------------------------------------------
 
     def _set_alarm(self) -> None:
-        if self.node is None:
-            return
-        seek_s = max(self._join_s, self._observed_s + _SILENCE_S)
-        due_s = min(self.node.next_s, self._snapshot_s, self._state_s, seek_s)
-        if due_s < self._alarm_s:
-            self._alarm_s, starts = due_s, self._starts
-            self.around.schedule.at(due_s, lambda: self._ring(starts))
+        if self.living is not None and self.living.next_s < self._alarm_s:
+            self._alarm_s, starts = self.living.next_s, self._starts
+            self.around.schedule.at(self._alarm_s, lambda: self._ring(starts))
 
     def _ring(self, starts: int) -> None:
-        if self.node is not None and starts == self._starts and not self.is_paused:
+        if starts == self._starts and not self.is_paused:
             self._alarm_s = math.inf
             self._guard(self._keep_time)
 
     def _keep_time(self) -> None:
-        node, now_s = self.node, self.around.schedule.now_s
-        if node is None:
-            return
-        if now_s >= node.next_s:
-            node.let_time_pass(now_s)
-        if now_s >= self._state_s:
-            self._state_s = now_s + _STATE_S
-            self._transport.tell(self.id, "state", encode(node.state(0)))
-            self.around.witness.inspect(node)
-        if now_s >= self._join_s and now_s >= self._observed_s + _SILENCE_S:
-            self._seek(now_s)
-        if now_s >= self._snapshot_s:
-            self._snapshot_s = now_s + _SNAPSHOT_S
-            node.save()
+        if self.living is not None:
+            self.living.keep_time(self.around.schedule.now_s)

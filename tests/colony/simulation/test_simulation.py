@@ -83,6 +83,12 @@ class TestPromises:
         assert report.conceptions > 10
         assert not {"doubt", "orphaned", "resolved", "storage", "crashes"} & set(+report.counts)
 
+    def test_a_robot_that_is_missed_by_one_alone_comes_anew(self) -> None:
+        """Where single links are clogged for seconds, whoever misses a robot that lives comes onto the network anew."""
+        reports = [simulate(seed, faults=Faults(clogs=True)) for seed in range(10)]
+        assert not [str(report) for report in reports if report.violations]
+        assert sum(report.counts["came anew"] for report in reports) > 0
+
     @pytest.mark.parametrize("robots", [2, 8])
     def test_colonies_of_other_sizes(self, robots: int) -> None:
         """Two robots and eight keep the same promises."""

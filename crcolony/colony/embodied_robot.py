@@ -51,7 +51,10 @@ STATE_PERIOD_S, _NEWS_S = 0.5, 0.1
 _JOIN_RETRY_S = 1.0
 _SILENCE_S = 3.0
 """Without an observation for so long a robot asks for its body again."""
-_ANEW_S, _COMPLAINT_S = 60.0, 30.0
+_ANEW_S, _COMPLAINT_S = 30.0, 30.0
+"""A robot comes onto the network anew, and complains of what it lacks, not more often than this."""
+_FORGET_S = 300.0
+"""Whoever has been missed for so long is looked for no more."""
 _MOST_UNSEEN = 1000
 _UNSEEN_S = 5.0
 """Who is met and not seen for so long is cut off from this robot alone: a mesh that is whole but for that stays so."""
@@ -268,7 +271,7 @@ class EmbodiedRobot:
         if now_s >= self._join_due_s and now_s >= self._observed_s + _SILENCE_S:
             self._seek(now_s)
             self._say_if_lost(now_s, f"no body yet; looking for arena {self._arena}")
-        for robot in [r for r, at_s in self._missed.items() if now_s - at_s > _ANEW_S]:
+        for robot in [r for r, at_s in self._missed.items() if now_s - at_s > _FORGET_S]:
             del self._missed[robot]
         self._transport.search(bool(self._missed))
         twin = node.twin(now_s)
@@ -313,9 +316,11 @@ class EmbodiedRobot:
             return
         self._anew_due_s = now_s + _ANEW_S
         self._unseen.clear()
-        self._missed.clear()
         self.say_fault(f"{why}: coming onto the network anew")
         self._come_anew()
+        for peer, lives in list(self.node.peers.items()):  # nobody is seen from there yet
+            for life, session in list(lives):
+                self.take(now_s, RobotGone(peer, life, session))
 
     def say_fault(self, what: str) -> None:
         """Count something outside that went wrong, tell of it, and say it."""

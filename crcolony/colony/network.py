@@ -25,12 +25,18 @@ PORT = 7447
 HERE = f"tcp/127.0.0.1:{PORT}"
 """Where processes of one machine find each other, unless told otherwise."""
 
-_ONE_THREAD = (
-    "(app: (worker_threads: 1), rx: (handover: app), tx: (handover: app),"
+_TWO_THREADS = (
+    "(app: (worker_threads: 1), rx: (worker_threads: 1), tx: (handover: app),"
     " net: (handover: app), acc: (handover: app))"
 )
-"""All of Zenoh's work on one thread: a robot has little of it, and every hand-over between threads costs a third of
-a round trip. Our callbacks never wait, so that one thread is enough; a router has more to do, and keeps Zenoh's own."""
+"""Zenoh's work on two threads instead of a dozen: a robot has little of it, and every hand-over between threads costs.
+What receives has a thread of its own, since it waits where there is no room to answer, and the other one makes room:
+with one thread for all of it, a peer that asked a thousand times a second stopped an arena for 5 s at a time. Our
+callbacks never wait, so that two are enough; a router has more to do, and keeps Zenoh's own."""
+
+_PATIENCE_US = 500_000
+"""A peer that takes nothing in for so long is cut off: whoever has something for it that must not be lost waits for it,
+and everybody else meanwhile, so this is well below the lease."""
 
 MESH_ROBOTS = 32
 """Beyond so many robots a full mesh costs more than it gives."""
@@ -54,7 +60,7 @@ def open_session(network: Network) -> zenoh.Session:
     """Come onto the network; raises NetworkError naming the endpoint and the reason."""
     zenoh.init_log_from_env_or("error")
     if network.role != "router":
-        os.environ.setdefault("ZENOH_RUNTIME", _ONE_THREAD)
+        os.environ.setdefault("ZENOH_RUNTIME", _TWO_THREADS)
     try:
         session = zenoh.open(zenoh.Config.from_json5(json.dumps(zenoh_config(network))))
     except zenoh.ZError as error:
@@ -116,7 +122,11 @@ def zenoh_config(network: Network) -> dict[str, Any]:
                 "max_sessions": 4096,
             },
             "link": {
-                "tx": {"lease": network.lease_ms, "keep_alive": 4},
+                "tx": {
+                    "lease": network.lease_ms,
+                    "keep_alive": 4,
+                    "queue": {"congestion_control": {"block": {"wait_before_close": _PATIENCE_US}}},
+                },
                 "rx": {"max_message_size": 2 * SCENE_BYTES},
             },
             "shared_memory": {"enabled": False},

@@ -2,7 +2,7 @@
 
 Run with `make bench`, or `python -m tests.benchmarks.bench_lockstep`. The baselines are bare fan-outs over Zenoh to
 four processes, with messages of the same sizes: a put to each and a put back, and a query to each and its reply. They
-are made twice: with Zenoh's threads as it comes, and with all of it on one thread, as our processes have it.
+are made twice: with Zenoh's threads as it comes, and with two threads, as our processes have it.
 """
 
 import contextlib
@@ -137,7 +137,7 @@ def main() -> None:
     print(f"lockstep, {ROBOTS} robot processes: {ticks:.0f} ticks a second  (target {TARGET})")
     for name, (puts, queries) in (
         ("as it comes", bare_as_zenoh_comes()),
-        ("on one thread", bare(here())),
+        ("on two threads", bare(here())),
     ):
         print(
             f"bare fan-out of Zenoh {name}: by queries {queries:.0f} (ratio {ticks / queries:.2f}),"

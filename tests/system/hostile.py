@@ -354,7 +354,7 @@ ATTACKS: dict[str, tuple[Callable[[Hostile], Callable[[], None]], float]] = {
     "replay": (replay, 300.0),
     "stale": (stale, 300.0),
     "flood": (flood, 10_000.0),
-    "joins": (joins, 500.0),
+    "joins": (joins, 1_000.0),
     "questions": (questions, 500.0),
     "observations": (observations, 500.0),
     "future": (future, 1.0),

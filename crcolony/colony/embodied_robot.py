@@ -114,6 +114,11 @@ class EmbodiedRobot:
         if not self.node.has_twin:
             self._transport.join(self.node.id, encode(Leave(self.node.id)))
 
+    def say_fault(self, what: str) -> None:
+        """Count something outside that went wrong, tell of it, and say it."""
+        self.node.fault(what)
+        self._say(what)
+
     @property
     def is_done(self) -> bool:
         """Whether it has lived through the last generation of its config."""
@@ -321,8 +326,3 @@ class EmbodiedRobot:
         for peer, lives in list(self.node.peers.items()):  # nobody is seen from there yet
             for life, session in list(lives):
                 self.take(now_s, RobotGone(peer, life, session))
-
-    def say_fault(self, what: str) -> None:
-        """Count something outside that went wrong, tell of it, and say it."""
-        self.node.fault(what)
-        self._say(what)

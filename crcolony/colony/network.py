@@ -34,6 +34,9 @@ What receives has a thread of its own, since it waits where there is no room to 
 with one thread for all of it, a peer that asked a thousand times a second stopped an arena for 5 s at a time. Our
 callbacks never wait, so that two are enough; a router has more to do, and keeps Zenoh's own."""
 
+_SAID = "error,zenoh::api::session=off"
+"""What Zenoh itself says on stderr, unless RUST_LOG is set: not that a session which is being closed hears somebody."""
+
 _PATIENCE_US = 500_000
 """A peer that takes nothing in for so long is cut off: whoever has something for it that must not be lost waits for it,
 and everybody else meanwhile, so this is well below the lease."""
@@ -58,7 +61,7 @@ class Network(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
 
 def open_session(network: Network) -> zenoh.Session:
     """Come onto the network; raises NetworkError naming the endpoint and the reason."""
-    zenoh.init_log_from_env_or("error")
+    zenoh.init_log_from_env_or(_SAID)
     if network.role != "router":
         os.environ.setdefault("ZENOH_RUNTIME", _TWO_THREADS)
     try:

@@ -29,7 +29,7 @@ from crcolony.config import Config, ConfigError, load
 from crcolony.robot.genes import agent_schema
 
 _COLONY = "colony"
-"""What a colony is called unless its user says otherwise"""
+"""What a colony is called unless its user says otherwise, for a memory that holds no snapshot yet"""
 _ANCESTORS = 3
 """Generations that a lineage goes back."""
 
@@ -97,7 +97,7 @@ def _matings_in_words(memory: Memory) -> Iterator[str]:
 
 
 def _open_in_words(memory: Memory) -> Iterator[str]:
-    waiting = [record for record, _ in memory.matings if is_open(record)]
+    waiting = [record for record, _ in memory.matings if record.waits]
     yield f"open encounters: {len(waiting)}"
     for record in waiting:
         what = "in doubt" if record.state == "prepared" else "decided, not acknowledged"
@@ -106,7 +106,7 @@ def _open_in_words(memory: Memory) -> Iterator[str]:
 
 
 def _proofs_in_words(memory: Memory) -> str:
-    colony = memory.colony or _COLONY
+    colony = _colony_of(memory)
     proofs = Counter(proof_of(record, colony) for record, _ in memory.matings if record.proof)
     if not proofs:
         return "partners' letters: none"
@@ -147,12 +147,11 @@ def _counted(count: int, what: str) -> str:
     return f"{count} {what}" + ("" if count == 1 else "s")
 
 
-def is_open(record: Record) -> bool:
-    """Tell whether an encounter waits for its partner."""
-    return (record.role, record.state) in (("initiator", "decided"), ("responder", "prepared"))
+def _colony_of(memory: Memory) -> str:
+    return memory.colony or _COLONY
 
 
-def proof_of(record: Record, colony: str = _COLONY) -> Proof:
+def proof_of(record: Record, colony: str) -> Proof:
     """Tell whether the partner's letter says what the record says, and whether it is signed for this colony."""
     try:
         letter, message = open_letter(record.proof)
@@ -180,10 +179,11 @@ def _matings(memory: Memory) -> Table:
         "tick", "role", "state", "orphaned", "partner_robot", "life", "count", "agent",
         "partner", "letter", "energy", "conceived", "too_late", "step",
     )  # fmt: skip
-    return columns, [_mating_row(record, decision) for record, decision in memory.matings]
+    colony = _colony_of(memory)
+    return columns, [_mating_row(record, decision, colony) for record, decision in memory.matings]
 
 
-def _mating_row(record: Record, decision: Decision | None) -> Row:
+def _mating_row(record: Record, decision: Decision | None, colony: str) -> Row:
     """Return an encounter, with the genes of the offspring if it led to one."""
     encounter, partner = record.encounter, record.partner
     own: list[object] = [
@@ -196,7 +196,7 @@ def _mating_row(record: Record, decision: Decision | None) -> Row:
         encounter.count,
         record.own.agent,
         partner.agent if partner else "",
-        proof_of(record) if record.proof else "",
+        proof_of(record, colony) if record.proof else "",
     ]
     if decision is None:
         return Row([*own, "", "", "", ""])

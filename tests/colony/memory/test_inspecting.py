@@ -132,6 +132,22 @@ def test_the_table_of_matings_names_genes_and_tells_whether_letters_are_genuine(
     assert rows[1]["mating.tau"] == ""
 
 
+def test_letters_are_judged_by_the_colony_that_the_memory_names(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In words and in the table alike: signed for the reds is as it should be in a memory of the reds."""
+    path = tmp_path / "memory.sqlite"
+    store = Store(path, ME.id, DIGEST, durable=False)
+    record = encountered(1, colony="reds")
+    store.write([record], record, decision(True))
+    store.save({"generation": 0, "colony": "reds"}, [], 55)
+    store.close()
+    inspect_memory(path, None)
+    assert "partners' letters: 1 of 1 signed for colony reds" in capsys.readouterr().out
+    (row,) = table(capsys, path, "matings")
+    assert row["letter"] == "signed"
+
+
 def test_tables_of_births_lives_and_pool_hold_what_the_memory_holds(
     memory: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -165,13 +181,13 @@ def test_genes_of_unknown_settings_are_numbered_and_of_a_results_folder_named(
 def test_a_letter_that_does_not_say_what_the_memory_says_is_told() -> None:
     """Other genes, another agent, or no letter at all are `doctored`; a signature for another colony is `other`."""
     record = encountered(1)
-    assert proof_of(record) == "signed"
+    assert proof_of(record, "colony") == "signed"
     assert proof_of(record, "elsewhere") == "other"
-    assert proof_of(encountered(1, colony="elsewhere")) == "other"
+    assert proof_of(encountered(1, colony="elsewhere"), "colony") == "other"
     other = Offer("somebody/1", GENES)
-    assert proof_of(replace(record, partner=other)) == "doctored"
-    assert proof_of(replace(record, proof=record.proof[:-1])) == "doctored"
-    assert proof_of(replace(record, proof=encountered(2).proof)) == "doctored"
+    assert proof_of(replace(record, partner=other), "colony") == "doctored"
+    assert proof_of(replace(record, proof=record.proof[:-1]), "colony") == "doctored"
+    assert proof_of(replace(record, proof=encountered(2).proof), "colony") == "doctored"
 
 
 def test_what_is_no_memory_is_refused_in_one_line(

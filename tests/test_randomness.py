@@ -5,14 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crcolony.randomness import (
-    chance,
-    draw,
-    draw_bits,
-    draw_rarely,
-    generator,
-    new_streams,
-)
+from crcolony.randomness import chance, draw, draw_bits, draw_rarely, generator, new_streams
 
 UINT64 = st.integers(0, 2**64 - 1)
 

@@ -11,9 +11,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from crcolony.colony.encounters import (
-    Record,
-)
+from crcolony.colony.encounters import Record
 from crcolony.colony.history import Born, Died, Event, HistoryHash, Lived, Mated, TurnedOver
 from crcolony.colony.identity import RobotId
 from crcolony.colony.memory.store import Decision, Memory, read_memory

@@ -11,9 +11,7 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta
 
-from crcolony.colony.encounters import (
-    Outcome,
-)
+from crcolony.colony.encounters import Outcome
 from crcolony.colony.history import Born, Died, Lived, TurnedOver
 from crcolony.colony.messages import (
     BODY_BYTES,

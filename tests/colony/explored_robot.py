@@ -5,19 +5,9 @@ from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 from crcolony.colony import messages
-from crcolony.colony.encounters import (
-    Effect,
-    Limits,
-    Note,
-    Offer,
-    Record,
-    Send,
-    Write,
-)
+from crcolony.colony.encounters import Effect, Limits, Note, Offer, Record, Send, Write
 from crcolony.colony.identity import Identity, RobotId, seeded
-from crcolony.colony.mating import (
-    Mating,
-)
+from crcolony.colony.mating import Mating
 from crcolony.colony.messages import Abort, Accept, Commit, Done, Encounter, Propose, Refuse
 
 Kind = Literal[

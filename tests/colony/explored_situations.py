@@ -6,17 +6,8 @@ from itertools import chain
 from operator import methodcaller
 
 from crcolony.colony import messages
-from crcolony.colony.encounters import (
-    Effect,
-    Note,
-    Offer,
-    Record,
-    Send,
-    Write,
-)
-from crcolony.colony.mating import (
-    Mating,
-)
+from crcolony.colony.encounters import Effect, Note, Offer, Record, Send, Write
+from crcolony.colony.mating import Mating
 from crcolony.colony.messages import Abort, Accept, Commit, Done, Encounter, Propose, Refuse
 from tests.colony.explored_robot import (
     COLONY,

@@ -10,18 +10,8 @@ from dataclasses import replace
 import pytest
 
 from crcolony.colony import messages
-from crcolony.colony.encounters import (
-    Effect,
-    Limits,
-    Note,
-    Offer,
-    Record,
-    Send,
-    Write,
-)
-from crcolony.colony.mating import (
-    Mating,
-)
+from crcolony.colony.encounters import Effect, Limits, Note, Offer, Record, Send, Write
+from crcolony.colony.mating import Mating
 from crcolony.colony.messages import Abort, Accept, Commit, Done, Encounter, Propose, Refuse
 
 A, B, C, D = (name * 16 for name in (b"a", b"b", b"c", b"d"))

@@ -12,18 +12,9 @@ import msgspec
 import pytest
 
 from crcolony.colony import messages
-from crcolony.colony.encounters import (
-    Effect,
-    Offer,
-    Record,
-    Send,
-    Write,
-)
+from crcolony.colony.encounters import Effect, Offer, Record, Send, Write
 from crcolony.colony.identity import RobotId
-from crcolony.colony.mating import (
-    Mating,
-    _Open,
-)
+from crcolony.colony.mating import Mating, _Open
 from crcolony.colony.messages import Abort, Accept, Commit, Done, Encounter, Propose, Refuse
 from tests.colony.explored_robot import LIMITS, NOW_S, SCHEMA, Bounds, Caller, Decide, Disk, Kind
 from tests.colony.explorer import Report, explore

@@ -15,9 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from crcolony.colony import messages
-from crcolony.colony.encounters import (
-    Limits,
-)
+from crcolony.colony.encounters import Limits
 from crcolony.colony.identity import seeded
 from crcolony.colony.messages import WireError
 from crcolony.evolution.genotype import Gene, Schema

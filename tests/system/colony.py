@@ -13,9 +13,7 @@ from typing import TypeVar
 import msgspec
 import psutil
 
-from crcolony.colony.encounters import (
-    Limits,
-)
+from crcolony.colony.encounters import Limits
 from crcolony.colony.messages import Encounter
 from crcolony.colony.network import free_port
 from crcolony.colony.telemetry import Exchanged, State

@@ -12,19 +12,10 @@ from typing import Literal
 
 import numpy as np
 
-from crcolony.colony.encounters import (
-    Record,
-)
+from crcolony.colony.encounters import Record
 from crcolony.colony.history import Born, Lived
 from crcolony.colony.memory.store import Decision, Memory, read_memory
-from crcolony.colony.messages import (
-    Accept,
-    Propose,
-    WireError,
-    is_genuine,
-    open_letter,
-    pack_genes,
-)
+from crcolony.colony.messages import Accept, Propose, WireError, is_genuine, open_letter, pack_genes
 from crcolony.config import Config, ConfigError, load
 from crcolony.robot.genes import agent_schema
 

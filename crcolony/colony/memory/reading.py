@@ -12,9 +12,7 @@ import msgspec
 import numpy as np
 
 from crcolony.colony.checkpoint import CheckpointError
-from crcolony.colony.encounters import (
-    Record,
-)
+from crcolony.colony.encounters import Record
 from crcolony.colony.history import Event
 from crcolony.colony.identity import RobotId
 from crcolony.colony.memory.rows import Decision, decision_of, record_of, snapshot_of

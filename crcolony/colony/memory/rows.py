@@ -8,10 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from crcolony.colony.checkpoint import CheckpointError, read_checkpoint
-from crcolony.colony.encounters import (
-    Offer,
-    Record,
-)
+from crcolony.colony.encounters import Offer, Record
 from crcolony.colony.memory.schema import Head, find, select
 from crcolony.colony.messages import Encounter
 

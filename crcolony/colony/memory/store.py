@@ -20,9 +20,7 @@ from typing import Any, NoReturn
 import msgspec
 
 from crcolony.colony.checkpoint import CheckpointError, write_checkpoint
-from crcolony.colony.encounters import (
-    Record,
-)
+from crcolony.colony.encounters import Record
 from crcolony.colony.history import Event
 from crcolony.colony.identity import RobotId
 from crcolony.colony.memory.reading import Memory, read_memory

@@ -9,10 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from crcolony.colony.encounters import (
-    Limits,
-    Record,
-)
+from crcolony.colony.encounters import Limits, Record
 from crcolony.colony.history import Born, Event, TurnedOver
 from crcolony.colony.identity import RobotId
 from crcolony.colony.memory.store import Decision

@@ -14,9 +14,7 @@ from functools import partial
 from pathlib import Path
 from random import Random
 
-from crcolony.colony.encounters import (
-    Limits,
-)
+from crcolony.colony.encounters import Limits
 from crcolony.colony.history import Mated
 from crcolony.colony.identity import seeded
 from crcolony.colony.raising import numbered_streams, raise_robots

@@ -7,9 +7,7 @@ from typing import Any
 import numpy as np
 
 from crcolony.colony.chronicle import Chronicle, chronicle_of
-from crcolony.colony.encounters import (
-    Record,
-)
+from crcolony.colony.encounters import Record
 from crcolony.colony.history import Born, Mated
 from crcolony.colony.identity import RobotId
 from crcolony.colony.memory.store import Decision, Memory, read_memory

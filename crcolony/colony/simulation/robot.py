@@ -13,9 +13,7 @@ from pathlib import Path
 from random import Random
 
 from crcolony.colony.embodied_robot import EmbodiedRobot
-from crcolony.colony.encounters import (
-    Limits,
-)
+from crcolony.colony.encounters import Limits
 from crcolony.colony.identity import Identity
 from crcolony.colony.memory.store import StoreBroken, StoreFull
 from crcolony.colony.messages import Contact

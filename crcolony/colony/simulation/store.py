@@ -5,9 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from random import Random
 from typing import Any
 
-from crcolony.colony.encounters import (
-    Record,
-)
+from crcolony.colony.encounters import Record
 from crcolony.colony.history import Event
 from crcolony.colony.identity import RobotId
 from crcolony.colony.memory.rows import Known

@@ -9,11 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from crcolony.colony.encounters import (
-    Offer,
-    Record,
-    State,
-)
+from crcolony.colony.encounters import Offer, Record, State
 from crcolony.colony.history import Died, Event, TurnedOver
 from crcolony.colony.memory.store import Decision, Store, read_memory
 from crcolony.colony.messages import Encounter

@@ -9,12 +9,7 @@ import numpy as np
 import pytest
 
 from crcolony.cli import main
-from crcolony.colony.encounters import (
-    Offer,
-    Record,
-    Role,
-    State,
-)
+from crcolony.colony.encounters import Offer, Record, Role, State
 from crcolony.colony.history import Born, Event, Lived
 from crcolony.colony.identity import Identity
 from crcolony.colony.memory.inspecting import gene_names, inspect_memory, proof_of

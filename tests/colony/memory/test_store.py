@@ -19,9 +19,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from crcolony.colony.encounters import (
-    Record,
-)
+from crcolony.colony.encounters import Record
 from crcolony.colony.history import Event
 from crcolony.colony.memory import schema as memory_schema
 from crcolony.colony.memory.store import (

@@ -13,15 +13,9 @@ from random import Random
 import pytest
 
 from crcolony.colony import messages
-from crcolony.colony.encounters import (
-    Effect,
-    Record,
-    Send,
-)
+from crcolony.colony.encounters import Effect, Record, Send
 from crcolony.colony.exchanges import Exchanges
-from crcolony.colony.mating import (
-    Mating,
-)
+from crcolony.colony.mating import Mating
 from crcolony.colony.memory.store import Decision, Store
 from crcolony.colony.messages import Accept
 from crcolony.colony.node import RobotNode

@@ -7,14 +7,8 @@ Broken          nobody knows what is on the disk: the process ends, and begins a
   StoreBroken
 """
 
-EXIT_OK, EXIT_WRONG_INPUT, EXIT_BROKEN, EXIT_VIOLATED, EXIT_INTERRUPTED, EXIT_UNREAD = (
-    0,
-    2,
-    3,
-    4,
-    130,
-    141,
-)
+EXIT_OK, EXIT_WRONG_INPUT, EXIT_BROKEN, EXIT_VIOLATED = 0, 2, 3, 4
+EXIT_INTERRUPTED, EXIT_UNREAD = 130, 141
 """What a process ends with; 1 is a bug, with a traceback"""
 
 

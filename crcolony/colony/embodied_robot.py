@@ -172,14 +172,8 @@ class EmbodiedRobot:
                 self._seek(now_s)
             case ArenaGone(world=world) if self._place and world == self._place.world:
                 self._lose_body("the arena is gone")
-            case Asked(question=question, answer=reply):
-                self._answer_past(question, reply)
-
-    def _answer_past(self, question: bytes, reply: Callable[[bytes], None]) -> None:
-        try:
-            reply(self.node.answer_past(question))
-        except WireError as error:
-            self.node.fault(f"malformed question: {error}")
+            case Asked(question=question, answer=answer):
+                node.answer_past(question, answer)
 
     # The body --------------------------------------------------------------------------------------------------
 
@@ -272,7 +266,7 @@ class EmbodiedRobot:
             self._answer_if_settled()
         if now_s >= self._state_due_s:
             self._state_due_s = now_s + self._state_period_s
-            self._transport.tell(node.id, "state", encode(node.state(self._dropped())))
+            node.tell_state(self._dropped())
         if now_s >= self._join_due_s and now_s >= self._observed_s + _SILENCE_S:
             self._seek(now_s)
             self._say_if_lost(now_s, f"no body yet; looking for arena {self._arena}")

@@ -7,23 +7,13 @@ second.
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Protocol
 
 from crcolony.colony import messages
-from crcolony.colony.encounters import (
-    Effect,
-    Limits,
-    Note,
-    Offer,
-    Record,
-    Send,
-    Write,
-)
+from crcolony.colony.bucket import Bucket
+from crcolony.colony.encounters import Effect, Limits, Note, Offer, Record, Send, Write
 from crcolony.colony.identity import AllowList, Identity, RobotId
-from crcolony.colony.mating import (
-    Mating,
-)
+from crcolony.colony.mating import Mating
 from crcolony.colony.memory.store import Decision, Store, StoreFull
 from crcolony.colony.messages import Accept, Contact, Propose, WireError
 from crcolony.evolution.genotype import Schema
@@ -52,25 +42,6 @@ class Parent(Protocol):
     def noted(self, note: Note) -> None:
         """Hear how an encounter goes."""
         ...
-
-
-@dataclass
-class Bucket:
-    """Lets so much pass a second, and no more (token bucket)."""
-
-    per_s: float
-    level: float = 0.0
-    at_s: float = 0.0
-
-    def take(self, now_s: float) -> bool:
-        """Tell whether one more may pass now; a clock that is set back lets none pass that another would not."""
-        passed_s = max(0.0, now_s - self.at_s)
-        self.level = min(self.per_s, self.level + passed_s * self.per_s)
-        self.at_s = now_s
-        if self.level < 1.0:
-            return False
-        self.level -= 1.0
-        return True
 
 
 class Exchanges:

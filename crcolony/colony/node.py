@@ -14,13 +14,9 @@ from typing import Any
 import numpy as np
 
 from crcolony.colony import telemetry
-from crcolony.colony.encounters import (
-    Limits,
-    Note,
-    Offer,
-    Record,
-)
-from crcolony.colony.exchanges import Bucket, Exchanges
+from crcolony.colony.bucket import Bucket
+from crcolony.colony.encounters import Limits, Note, Offer, Record
+from crcolony.colony.exchanges import Exchanges
 from crcolony.colony.history import Died, Event, OwnEvent, TurnedOver, born, lives_of
 from crcolony.colony.identity import AllowList, Identity, RobotId
 from crcolony.colony.memory.store import Decision, Store, StoreError, StoreFull
@@ -313,12 +309,21 @@ class RobotNode:
         if self._told_faults.take(self._unix_s()):
             self._tell(Fault(self.tick, what[:500]))
 
-    def answer_past(self, question: bytes) -> bytes:
-        """Answer an observer that missed events; raises WireError for a malformed question, or one too many."""
-        ask = telemetry.decode_ask(question)
-        if not self._answered.take(self._unix_s()):
-            raise WireError("too many questions")
-        return encode(self._ring.answer(ask))
+    def answer_past(self, question: bytes, answer: Callable[[bytes], None]) -> None:
+        """Answer an observer that missed events, unless the question is malformed, or one too many."""
+        try:
+            ask = telemetry.decode_ask(question)
+        except WireError as error:
+            self.fault(f"malformed question: {error}")
+            return
+        if self._answered.take(self._unix_s()):
+            answer(encode(self._ring.answer(ask)))
+        else:
+            self.fault("malformed question: too many questions")
+
+    def tell_state(self, dropped: int) -> None:
+        """Tell how the robot is."""
+        self._transport.tell(self.id, "state", encode(self.state(dropped)))
 
     def state(self, dropped: int) -> State:
         """Return how the robot is; `dropped` counts what its inbox had to let go."""

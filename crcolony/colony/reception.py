@@ -6,7 +6,7 @@
 from collections.abc import Callable
 
 from crcolony.colony.arena_node import ArenaNode
-from crcolony.colony.exchanges import Bucket
+from crcolony.colony.bucket import Bucket
 from crcolony.colony.identity import RobotId
 from crcolony.colony.messages import (
     Join,

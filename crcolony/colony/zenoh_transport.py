@@ -79,9 +79,7 @@ class RobotTransport:
 
     def move(self, reopen: Callable[[], zenoh.Session]) -> None:
         """Leave the session for another, with all robots; the old one is closed first, since it holds the port."""
-        for (
-            robot
-        ) in self._lives:  # one by one: a closing session was seen to tell of its tokens once more
+        for robot in self._lives:  # a session that closes was seen to tell of its tokens once more
             self._withdraw(robot)
         self.close()
         self._publishers.clear()

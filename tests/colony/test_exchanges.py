@@ -7,13 +7,8 @@ import numpy as np
 import pytest
 
 from crcolony.colony import messages
-from crcolony.colony.encounters import (
-    Limits,
-    Note,
-    Offer,
-    Record,
-)
-from crcolony.colony.exchanges import Bucket, Exchanges
+from crcolony.colony.encounters import Limits, Note, Offer, Record
+from crcolony.colony.exchanges import Exchanges
 from crcolony.colony.identity import AllowList, seeded
 from crcolony.colony.memory.store import Decision, Store
 from crcolony.colony.messages import Contact, Encounter, Propose
@@ -170,12 +165,3 @@ def test_verifications_are_limited(desk: Desk, verified: list[messages.Letter]) 
         desk.exchanges.receive(1.1, proposal())
     assert len(verified) <= 500
     assert desk.counts["too many"] >= 500
-
-
-def test_a_bucket_lets_through_what_it_says() -> None:
-    """So many a second on average, at most a second's worth at once, and a clock that is set back takes nothing."""
-    bucket = Bucket(10.0)
-    assert sum(bucket.take(100.0) for _ in range(50)) == 10
-    assert sum(bucket.take(100.5) for _ in range(50)) == 5
-    assert sum(bucket.take(0.0) for _ in range(50)) == 0
-    assert sum(bucket.take(101.5) for _ in range(50)) == 10

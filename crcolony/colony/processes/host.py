@@ -18,7 +18,7 @@ from crcolony.colony.embodied_robot import STATE_PERIOD_S
 from crcolony.colony.identity import RobotId, create_key, load_key
 from crcolony.colony.inbox import Inbox
 from crcolony.colony.memory.store import Store
-from crcolony.colony.messages import Contact, Join, WireError, encode
+from crcolony.colony.messages import Contact, Join
 from crcolony.colony.network import Network, open_session
 from crcolony.colony.node import RobotNode
 from crcolony.colony.processes.arena import ArenaProcess, restore_arena
@@ -130,11 +130,8 @@ class HostProcess(ArenaProcess):
                     super()._take(arrival)
                 for robot in self._robots:
                     robot.robot_gone(now_s, peer, life, session)
-            case Asked(about="past", robot=asked, question=question, answer=reply):
-                try:
-                    reply(self._here[asked].answer_past(question))
-                except WireError as error:
-                    self._here[asked].fault(f"malformed question: {error}")
+            case Asked(about="past", robot=asked, question=question, answer=answer):
+                self._here[asked].answer_past(question, answer)
             case _:
                 super()._take(arrival)
 
@@ -146,8 +143,7 @@ class HostProcess(ArenaProcess):
         if now_s >= self._state_due_s:
             self._state_due_s = now_s + STATE_PERIOD_S
             for robot in self._robots:
-                state = encode(robot.state(self._inbox.dropped))
-                self._letters.tell(robot.id, "state", state)
+                robot.tell_state(self._inbox.dropped)
         if now_s >= self._snapshot_due_s:
             self._snapshot_due_s = now_s + self._snapshot_s / len(self._robots)
             self._saved_last = (self._saved_last + 1) % len(self._robots)

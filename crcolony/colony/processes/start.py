@@ -6,13 +6,12 @@ all the rest of a robot's start.
 
 import contextlib
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from crcolony.colony.identity import AllowList, Identity, create_key, load_key
+from crcolony.colony.identity import AllowList, create_key, load_key
 from crcolony.colony.inbox import Inbox
 from crcolony.colony.memory.store import Store
 from crcolony.colony.network import Network, open_session
@@ -81,7 +80,7 @@ def run_robot(options: RobotOptions) -> None:
             life,
             transport,
             allow,
-            hear=_say_events(identity),
+            hear=_say_event,
         )
         say(f"robot {identity.id.hex()} of colony {options.colony}")
         process = RobotProcess(
@@ -119,10 +118,7 @@ def say(line: str) -> None:
     print(line, flush=True)
 
 
-def _say_events(identity: Identity) -> Callable[[Event], None]:
-    def hear(event: Event) -> None:
-        line = in_words(event)
-        if line is not None:
-            say(line)
-
-    return hear
+def _say_event(event: Event) -> None:
+    line = in_words(event)
+    if line is not None:
+        say(line)

@@ -123,8 +123,8 @@ def lockstep(endpoint: str, folder: Path) -> float:
 def bare_as_zenoh_comes() -> tuple[float, float]:
     """Return the same with Zenoh's own threads; it takes that choice once for a process and its children."""
     words = [sys.executable, "-m", "tests.benchmarks.bench_lockstep", "--bare"]
-    said = subprocess.run(words, env=os.environ | {"ZENOH_RUNTIME": "()"}, stdout=-1, check=True)
-    puts, queries = map(float, said.stdout.split())
+    told = subprocess.check_output(words, env=os.environ | {"ZENOH_RUNTIME": "()"})
+    puts, queries = map(float, told.split())
     return puts, queries
 
 

@@ -91,7 +91,7 @@ class Caller:
 
     def is_open(self, record: Record) -> bool:
         """Tell whether a record on disk still waits for the partner."""
-        return (record.role, record.state) in (("initiator", "decided"), ("responder", "prepared"))
+        return record.waits
 
     def hear(self, mating: Mating, data: bytes) -> list[Effect]:
         """A letter comes in."""

@@ -31,6 +31,7 @@ from tests.vectors.make import (
     RESPONDER,
     SCHEMA,
     make,
+    plain,
 )
 
 DOORS: dict[str, Callable[[bytes], Any]] = {
@@ -54,15 +55,6 @@ DOOR_OF = {
     "action": "action",
 }
 VECTORS = {name: (FOLDER / f"{name}.msgpack").read_bytes() for name in DOOR_OF}
-
-
-def plain(message: Any) -> Any:
-    """Return a message as lists and plain values, for comparison with another library's."""
-    if isinstance(message, msgspec.Struct):
-        config = message.__struct_config__
-        tag = [config.tag] if config.tag is not None else []
-        return tag + [plain(getattr(message, name)) for name in message.__struct_fields__]
-    return message
 
 
 class TestVectors:

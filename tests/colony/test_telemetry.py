@@ -12,7 +12,7 @@ from crcolony.colony import telemetry
 from crcolony.colony.messages import Message, WireError, encode
 from crcolony.colony.telemetry import PAST_EVENTS, Ask, Fault, Ring, Told
 from crcolony.colony.watch import Watch
-from tests.vectors.make import EVENTS, FOLDER, INITIATOR, TELEMETRY
+from tests.vectors.make import EVENTS, FOLDER, INITIATOR, TELEMETRY, plain
 
 DOORS: dict[str, Callable[[bytes], Any]] = {
     "told": telemetry.decode_told,
@@ -27,14 +27,6 @@ MUTATIONS = 1500
 
 def door_of(name: str) -> Callable[[bytes], Any]:
     return DOORS[name.partition("_")[0]]
-
-
-def plain(value: Any) -> Any:
-    if isinstance(value, msgspec.Struct):
-        tag = value.__struct_config__.tag
-        fields = [plain(getattr(value, name)) for name in value.__struct_fields__]
-        return fields if tag is None else [tag, *fields]
-    return [plain(item) for item in value] if isinstance(value, list) else value
 
 
 def test_there_is_a_vector_for_every_kind_of_telemetry() -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from crcolony.colony.telemetry import State
-from tests.system.colony import crcolony, settle, wait_until
+from tests.system.colony import settle, wait_until
 from tests.system.ledger import check_ledger
 from tests.system.siege import HZ, Figures, Siege, siege
 
@@ -137,9 +137,8 @@ def test_an_observation_of_a_tick_to_come_costs_a_robot_seconds_at_most(besieged
 def test_lies_to_watchers_harm_watchers_at_most(besieged: Besieged, tmp_path: Path) -> None:
     """Robots do not listen to telemetry; and `crcolony status` still tells who is alive."""
     with besieged.siege.attacked("telemetry"):
-        status = besieged.siege.made.start(
-            "status", *crcolony("status", "--connect", besieged.siege.made.endpoint)[3:]
-        )
+        made = besieged.siege.made
+        status = made.start("status", "status", "--connect", made.endpoint)
         assert status.wait(30.0) == 0
     besieged.withstands("telemetry")
     for robot in besieged.siege.made.robots:

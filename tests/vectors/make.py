@@ -4,7 +4,9 @@ python -m tests.vectors.make     writes them beside this file; only a new protoc
 """
 
 from pathlib import Path
+from typing import Any
 
+import msgspec
 import numpy as np
 
 from crcolony.colony import history, messages, telemetry
@@ -133,6 +135,15 @@ def make() -> dict[str, bytes]:
     for name, message in {**BODIES, **TELEMETRY}.items():
         vectors[f"{name}.msgpack"] = messages.encode(message)
     return vectors
+
+
+def plain(value: Any) -> Any:
+    """Return a message as lists and plain values, for comparison with another library's."""
+    if isinstance(value, msgspec.Struct):
+        tag = value.__struct_config__.tag
+        fields = [plain(getattr(value, name)) for name in value.__struct_fields__]
+        return fields if tag is None else [tag, *fields]
+    return [plain(item) for item in value] if isinstance(value, list) else value
 
 
 if __name__ == "__main__":

@@ -84,6 +84,14 @@ def test_a_port_that_is_taken_is_named(capsys: pytest.CaptureFixture[str]) -> No
     assert f"{endpoint}: the port is taken; choose another with --listen" in said
 
 
+def test_an_address_that_is_not_of_this_machine_is_named(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """It is not said to be taken."""
+    said = refusal(capsys, "router", "--listen", "tcp/192.0.2.1:7447")
+    assert "tcp/192.0.2.1:7447: this machine has no such address" in said
+
+
 def test_a_folder_of_another_colony_is_refused(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

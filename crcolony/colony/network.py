@@ -6,6 +6,7 @@ shared memory off, one mechanism of discovery, short leases, and limits.
 """
 
 import contextlib
+import errno
 import json
 import os
 import socket
@@ -153,8 +154,8 @@ def is_taken(endpoint: str) -> bool:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             probe.bind((host, port))
-        except OSError:
-            return True
+        except OSError as error:
+            return error.errno == errno.EADDRINUSE
     return False
 
 
@@ -216,6 +217,8 @@ def _in_words(network: Network, reason: str) -> str:
     for endpoint in network.listen:
         if "ddress already in use" in reason or is_taken(endpoint):
             return f"{endpoint}: the port is taken; choose another with --listen"
+    if "Cannot assign requested address" in reason:
+        return f"{', '.join(network.listen)}: this machine has no such address"
     if network.role == "client":
         return f"no router answers at {', '.join(network.connect) or '(none given)'}"
     short = reason.splitlines()[0].split(" at /")[0]

@@ -62,8 +62,8 @@ def _in_words(chronicle: Chronicle) -> list[str]:
 def _evolved(rows: Sequence[dict[str, float]]) -> list[str]:
     """Say what changed from the first generation that ended to the last."""
     if len(rows) < 2:
-        ended = {0: "no generation", 1: "one generation"}[len(rows)]
-        return [f"{ended} has ended yet: too few to say what evolves"]
+        ended = {0: "no generation has ended yet", 1: "only one generation has ended"}[len(rows)]
+        return [f"{ended}: too few to say what evolves"]
     first, last = rows[0], rows[-1]
     told = [
         f"{name} {first[key]:.2f} → {last[key]:.2f}"

@@ -29,7 +29,14 @@ from crcolony.colony.messages import (
     pack_row,
     unpack_row,
 )
-from crcolony.colony.telemetry import Scene, SeenPack, SeenRobot
+from crcolony.colony.telemetry import (
+    ARENA_SETTINGS,
+    AboutArena,
+    Scene,
+    SeenPack,
+    SeenRobot,
+    settings_text,
+)
 from crcolony.compiled import FloatArray
 from crcolony.config import Config
 from crcolony.world import body
@@ -70,10 +77,11 @@ class ArenaNode:
         self.colonies: list[str] = []
         """Their names; a body knows its colony by its number"""
         self.counts: Counter[str] = Counter()
-        """What was refused, by reason: full, unknown, malformed, stale"""
+        """What was refused, by reason: full, unknown, malformed, stale, too many"""
         self._period_s = config.arena.control_period_s
         self._grace_s = body_grace_s
-        self._settings = msgspec.json.encode(config.body).decode()
+        self._body = msgspec.json.encode(config.body).decode()
+        self._settings = settings_text({"arena": config.arena, "body": config.body}, ARENA_SETTINGS)
         self._occupants: list[RobotId | None] = [None] * places
         self._lost: dict[RobotId, float] = {}
         self._actions = np.zeros((places, body.ACTION_WIDTH))
@@ -163,7 +171,7 @@ class ArenaNode:
         return number
 
     def _embodied(self, place: int) -> Embodied:
-        return Embodied(place, self.world, self.tick, self._period_s, self.lockstep, self._settings)
+        return Embodied(place, self.world, self.tick, self._period_s, self.lockstep, self._body)
 
     def _refused(self, reason: str) -> Refused:
         self.counts["full"] += 1
@@ -241,6 +249,10 @@ class ArenaNode:
             if partner is not None:
                 contact = Contact(partner, int(row[body.ENCOUNTER_NONCE]))
         return encode(Observation(self.world, self.tick, pack_row(row), contact))
+
+    def about(self, arena: str) -> AboutArena:
+        """Return what an observer is told that asks what the arena is like."""
+        return AboutArena(arena, self.world, self._settings)
 
     def scene(self, arena: str, seq: int, unix_ms: int) -> Scene:
         """Return what a spectator sees: of a crowd, as many as a message holds."""

@@ -25,7 +25,7 @@ from crcolony.colony.messages import (
     unpack_row,
 )
 from crcolony.colony.node import RobotNode
-from crcolony.colony.telemetry import decode_scene
+from crcolony.colony.telemetry import ROBOT_SETTINGS, decode_scene, settings_text
 from crcolony.colony.transport import (
     ArenaGone,
     ArenaSeen,
@@ -102,6 +102,7 @@ class EmbodiedRobot:
         self._observed_s = self._join_due_s = self._state_due_s = -math.inf
         self._snapshot_s, self._state_period_s = snapshot_s, state_period_s
         self._snapshot_due_s = self._complaint_due_s = math.inf
+        node.settings = settings_of_robot(config, config.body)
 
     def begin(self, now_s: float) -> None:
         """Come to life; raises StoreError if the memory does not fit."""
@@ -172,8 +173,10 @@ class EmbodiedRobot:
                 self._seek(now_s)
             case ArenaGone(world=world) if self._place and world == self._place.world:
                 self._lose_body("the arena is gone")
-            case Asked(question=question, answer=answer):
+            case Asked(about="past", question=question, answer=answer):
                 node.answer_past(question, answer)
+            case Asked(about="about", question=question, answer=answer):
+                node.answer_about(question, answer)
 
     # The body --------------------------------------------------------------------------------------------------
 
@@ -209,6 +212,7 @@ class EmbodiedRobot:
             self.node.number = place.place
         self.node.keep_pace(place.lockstep)
         self.node.robot.embody(habits_of(self._config.learning, self._config.life, body))
+        self.node.settings = settings_of_robot(self._config, body)
 
     def _lose_body(self, why: str) -> None:
         self.say_fault(f"{why}; looking for arena {self._arena}")
@@ -320,3 +324,14 @@ class EmbodiedRobot:
         for peer, lives in list(self.node.peers.items()):  # nobody is seen from there yet
             for life, session in list(lives):
                 self.take(now_s, RobotGone(peer, life, session))
+
+
+def settings_of_robot(config: Config, body: CyberRodent) -> str:
+    """Return what a robot with a body tells of its settings."""
+    groups = {
+        "body": body,
+        "learning": config.learning,
+        "life": config.life,
+        "heredity": config.heredity,
+    }
+    return settings_text(groups, ROBOT_SETTINGS)

@@ -3,6 +3,7 @@
 Anybody may put anything into a key that others hear: what is read out of one is checked here.
 """
 
+import re
 from typing import NamedTuple
 
 from crcolony.colony.identity import ID_BYTES, RobotId
@@ -42,6 +43,10 @@ class ColonyKeys:
         """Where a robot is asked for events that were missed."""
         return f"{self._root}/past/{robot.hex()}"
 
+    def about(self, robot: RobotId) -> str:
+        """Where a robot is asked what it is like, and whom it sees."""
+        return f"{self._root}/about/{robot.hex()}"
+
 
 class ArenaKeys:
     """Where an arena is joined, and where bodies are observed and commanded."""
@@ -51,6 +56,8 @@ class ArenaKeys:
         self.all_alive = f"{self._root}/alive/*/*"
         self.join = f"{self._root}/join"
         self.scene = f"{self._root}/scene"
+        self.about = f"{self._root}/about"
+        """Where it is asked what it is like"""
         self.all_actions = f"{self._root}/body/*/action"
 
     def alive(self, world: int, session: str) -> str:
@@ -73,9 +80,12 @@ def observer(session: str) -> str:
 
 ALL_ROBOTS_ALIVE = f"{ROOT}/colony/*/alive/*/*/*"
 ALL_ARENAS_ALIVE = f"{ROOT}/arena/*/alive/*/*"
+ALL_SCENES = f"{ROOT}/arena/*/scene"
 
 
 _LIFE_BELOW, _WORLD_BELOW, _VERSION_BELOW = 2**32, 2**62, 2**32
+_NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
+"""Of a colony, an arena or a session"""
 
 
 class RobotToken(NamedTuple):
@@ -100,7 +110,7 @@ def robot_token(key: str) -> RobotToken | None:
     match chunks(key):
         case ["colony", colony, "alive", name, number, session]:
             robot, life = robot_in(name), _number_in(number, _LIFE_BELOW)
-            if robot is not None and life is not None:
+            if robot is not None and life is not None and _are_names(colony, session):
                 return RobotToken(colony, robot, life, session)
     return None
 
@@ -110,8 +120,25 @@ def arena_token(key: str) -> ArenaToken | None:
     match chunks(key):
         case ["arena", arena, "alive", number, session]:
             world = _number_in(number, _WORLD_BELOW)
-            if world is not None:
+            if world is not None and _are_names(arena, session):
                 return ArenaToken(arena, world, session)
+    return None
+
+
+def robot_topic(key: str, topic: str) -> tuple[str, RobotId] | None:
+    """Return the colony and the robot that a key of this topic (state, event, past, about) names, or None."""
+    match chunks(key):
+        case ["colony", colony, about, name] if about == topic and _are_names(colony):
+            robot = robot_in(name)
+            return None if robot is None else (colony, robot)
+    return None
+
+
+def arena_topic(key: str, topic: str) -> str | None:
+    """Return the arena that a key of this topic (scene, about) names, or None."""
+    match chunks(key):
+        case ["arena", arena, about] if about == topic and _are_names(arena):
+            return arena
     return None
 
 
@@ -137,6 +164,10 @@ def robot_in(chunk: str) -> RobotId | None:
     except ValueError:
         return None
     return robot if len(robot) == ID_BYTES else None
+
+
+def _are_names(*chunks: str) -> bool:
+    return all(_NAME.fullmatch(chunk) for chunk in chunks)
 
 
 def _number_in(chunk: str, below: int) -> int | None:

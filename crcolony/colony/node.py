@@ -5,6 +5,7 @@ survive goes through a `Store`. `embodied_robot.py` gives it a body; a host runs
 `simulation/` whole colonies of them.
 """
 
+import itertools
 import math
 import time
 from collections import Counter
@@ -21,7 +22,16 @@ from crcolony.colony.history import Died, Event, OwnEvent, TurnedOver, born, liv
 from crcolony.colony.identity import AllowList, Identity, RobotId
 from crcolony.colony.memory.store import Decision, Store, StoreError, StoreFull
 from crcolony.colony.messages import Contact, WireError, encode, pack_genes, unpack_genes
-from crcolony.colony.telemetry import Ended, Exchanged, Fault, Met, Ring, State
+from crcolony.colony.telemetry import (
+    PEERS_TOLD,
+    AboutRobot,
+    Ended,
+    Exchanged,
+    Fault,
+    Met,
+    Ring,
+    State,
+)
 from crcolony.colony.transport import Transport
 from crcolony.evolution.lineage import Birth
 from crcolony.evolution.population import Offspring
@@ -70,8 +80,12 @@ class RobotNode:
         """Of the last observation"""
         self.arena = ""
         """Where its body is"""
+        self.settings = "{}"
+        """What it tells of its body, learning, life and heredity: JSON"""
         self.faults: Counter[str] = Counter()
         self.matings = self.conceptions = 0
+        self._captures_before = 0
+        """In generations that have ended"""
         self.period_ms = 0.0
         self.peers: dict[RobotId, dict[tuple[int, str], None]] = {}
         """The lives and sessions of every other robot on the network"""
@@ -103,6 +117,11 @@ class RobotNode:
     def counts(self) -> Counter[str]:
         """What became of encounters and letters, in this life."""
         return self._exchanges.counts
+
+    @property
+    def captures(self) -> int:
+        """How many batteries its agents have captured, in all its lives."""
+        return self._captures_before + int(self._batch.captures[self.robot.row].sum())
 
     @property
     def waiting(self) -> tuple[Record, ...]:
@@ -139,6 +158,7 @@ class RobotNode:
         try:
             self.robot.restore(saved)
             self.matings, self.conceptions = saved["matings"], saved["conceptions"]
+            self._captures_before = saved.get("captures", 0)
         except (IndexError, KeyError, TypeError, ValueError) as error:
             raise StoreError(f"{self._memory.path}: does not fit this config: {error}") from None
         for record, decision in self._memory.decisions_since():
@@ -179,6 +199,7 @@ class RobotNode:
         self._record(TurnedOver(self.tick, self.number, self.robot.generation + 1, pool))
         for life in lives_of(self.robot, self._batch, self.tick, self.number):
             self._record(life)
+        self._captures_before = self.captures
         self._report_births(self.robot.turn_over())
         self.save()
 
@@ -293,6 +314,7 @@ class RobotNode:
             "colony": self.colony,
             "matings": self.matings,
             "conceptions": self.conceptions,
+            "captures": self._captures_before,
         }
         try:
             self._memory.save(saved, self._unsaved, self.tick)
@@ -316,10 +338,22 @@ class RobotNode:
         except WireError as error:
             self.fault(f"malformed question: {error}")
             return
-        if self._answered.take(self._unix_s()):
+        if self._may_answer():
             answer(encode(self._ring.answer(ask)))
-        else:
+
+    def answer_about(self, question: bytes, answer: Callable[[bytes], None]) -> None:
+        """Answer an observer that asks what the robot is like and whom it sees, with the same limits."""
+        if question:
+            self.fault("malformed question: it is not empty")
+        elif self._may_answer():
+            peers = list(itertools.islice(self.peers, PEERS_TOLD))
+            answer(encode(AboutRobot(self.id, self.life, self.settings, peers)))
+
+    def _may_answer(self) -> bool:
+        may_answer = self._answered.take(self._unix_s())
+        if not may_answer:
             self.fault("malformed question: too many questions")
+        return may_answer
 
     def tell_state(self, dropped: int) -> None:
         """Tell how the robot is."""
@@ -343,6 +377,7 @@ class RobotNode:
             module=int(self._batch.module[self.robot.row]),
             matings=self.matings,
             conceptions=self.conceptions,
+            captures=self.captures,
             pool=len(subpopulation.pool),
             waiting=len(self.waiting),
             doubts=self._exchanges.mating.doubts,

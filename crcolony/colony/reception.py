@@ -19,21 +19,26 @@ from crcolony.colony.messages import (
 )
 from crcolony.colony.transport import Acted, Arrival, Asked, RobotGone, RobotSeen
 
-_LINES_PER_S = 100.0
+_LINES_PER_S, _ANSWERS_PER_S = 100.0, 100.0
+"""What strangers can make an arena say, at most"""
 _MOST_REFUSED = 1000
 
 
 class Reception:
-    """Carries out in an arena what arrives for it. `forget` hears who has left; `say` tells a person."""
+    """Carries out in an arena what arrives for it. `forget` hears who has left; `say` tells a person.
+
+    `name` is what observers are told that the arena is called.
+    """
 
     def __init__(
         self,
         node: ArenaNode,
         forget: Callable[[RobotId], None] = lambda robot: None,
         say: Callable[[str], None] = lambda line: None,
+        name: str = "arena",
     ) -> None:
-        self._node, self._forget, self._say = node, forget, say
-        self._lines = Bucket(_LINES_PER_S)
+        self._node, self._forget, self._say, self._name = node, forget, say, name
+        self._lines, self._answered = Bucket(_LINES_PER_S), Bucket(_ANSWERS_PER_S)
         self._refused: dict[RobotId, None] = {}
         """Who was told, so that it is said once"""
         self._sessions: dict[RobotId, set[str]] = {}
@@ -49,6 +54,8 @@ class Reception:
                     self._node.counts["malformed"] += 1
             case Asked(about="join", question=question, answer=answer):
                 self._answer(now_s, question, answer)
+            case Asked(about="about", question=question, answer=answer):
+                self._answer_about(now_s, question, answer)
             case RobotSeen(robot=robot, session=session):
                 self._sessions.setdefault(robot, set()).add(session)
                 self._node.find(robot)
@@ -76,6 +83,14 @@ class Reception:
             self._dismiss(now_s, request.robot)
         else:
             self._admit(now_s, request, answer)
+
+    def _answer_about(self, now_s: float, question: bytes, answer: Callable[[bytes], None]) -> None:
+        if question:
+            self._node.counts["malformed"] += 1
+        elif self._answered.take(now_s):
+            answer(encode(self._node.about(self._name)))
+        else:
+            self._node.counts["too many"] += 1
 
     def _dismiss(self, now_s: float, robot: RobotId) -> None:
         place = self._node.robots.get(robot)

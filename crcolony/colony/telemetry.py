@@ -6,6 +6,7 @@ an observer knows what it missed and can ask for it: `Past` answers from the rob
 
 import itertools
 from collections import deque
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 import msgspec
@@ -35,10 +36,15 @@ _RING = 10_000
 """Events that a robot keeps for observers who missed them."""
 PAST_EVENTS = 64
 """Events in one answer, at most."""
+PEERS_TOLD = 1000
+"""Of the robots that one sees, it names so many."""
+ROBOT_SETTINGS, ARENA_SETTINGS = 8_192, 32_768
+"""Characters of the settings that one tells of itself; an arena's obstacles may be many."""
 
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 Count = Annotated[int, Meta(ge=0, lt=2**53)]
 UnixMs = Annotated[int, Meta(ge=0, lt=2**53)]
+World = Annotated[int, Meta(ge=0, lt=2**62)]
 
 
 class Met(Message, frozen=True, tag="Met"):
@@ -110,6 +116,8 @@ class State(Message, frozen=True, tag="state"):
     matings: Count
     """In all its lives"""
     conceptions: Count
+    captures: Count
+    """Batteries that its agents have captured, in all its lives"""
     pool: Count
     """Offspring that wait for the next generation"""
     waiting: Count
@@ -142,6 +150,26 @@ class Past(Message, frozen=True, tag="past"):
     events: Annotated[list[bytes], Meta(max_length=PAST_EVENTS)]
 
 
+class AboutRobot(Message, frozen=True, tag="about_robot"):
+    """What a robot answers whoever asks about it: what seldom changes."""
+
+    robot: Id
+    life: Ordinal
+    settings: Annotated[str, Meta(max_length=ROBOT_SETTINGS)]
+    """A JSON object of the groups body (the one it has, as its arena told), learning, life and heredity"""
+    peers: Annotated[list[Id], Meta(max_length=PEERS_TOLD)]
+    """Whom it sees on the network now"""
+
+
+class AboutArena(Message, frozen=True, tag="about_arena"):
+    """What an arena answers whoever asks about it."""
+
+    arena: Name
+    world: World
+    settings: Annotated[str, Meta(max_length=ARENA_SETTINGS)]
+    """A JSON object of the groups arena and body"""
+
+
 class SeenRobot(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
     """A body in the arena."""
 
@@ -172,7 +200,7 @@ class Scene(Message, frozen=True, tag="scene"):
     """The arena as it is, a few times a second. `seq` counts the scenes of this run of the arena."""
 
     arena: Name
-    world: Annotated[int, Meta(ge=0, lt=2**62)]
+    world: World
     seq: Count
     tick: Tick
     unix_ms: UnixMs
@@ -187,7 +215,17 @@ decode_told = Door[Told](Told, LETTER_BYTES).decode
 decode_state = Door[State](State, BODY_BYTES).decode
 decode_ask = Door[Ask](Ask, BODY_BYTES).decode
 decode_past = Door[Past](Past, 2 * LETTER_BYTES).decode
+decode_about_robot = Door[AboutRobot](AboutRobot, LETTER_BYTES).decode
+decode_about_arena = Door[AboutArena](AboutArena, LETTER_BYTES).decode
 decode_scene = Door[Scene](Scene, SCENE_BYTES).decode
+
+
+def settings_text(groups: Mapping[str, msgspec.Struct], most: int) -> str:
+    """Return groups of settings as a JSON object of `most` characters; the longest group is left out until it fits."""
+    kept = {name: msgspec.json.encode(group) for name, group in groups.items()}
+    while len(text := msgspec.json.encode({k: msgspec.Raw(v) for k, v in kept.items()})) > most:
+        del kept[max(kept, key=lambda name: len(kept[name]))]
+    return text.decode()
 
 
 class Ring:

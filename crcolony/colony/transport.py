@@ -99,8 +99,9 @@ class Acted:
 class Asked:
     """A question that must be answered once, by calling `answer`."""
 
-    about: Literal["join", "past"]
+    about: Literal["join", "past", "about"]
     robot: RobotId
+    """Who is asked; empty: the arena"""
     question: bytes
     answer: Callable[[bytes], None]
 

@@ -103,6 +103,9 @@ class RobotTransport:
         def on_past(query: zenoh.Query) -> None:
             deliver(Asked("past", robot, _payload(query), _answer_to(query)))
 
+        def on_about(query: zenoh.Query) -> None:
+            deliver(Asked("about", robot, _payload(query), _answer_to(query)))
+
         self._declared[robot] = [
             self._session.declare_subscriber(
                 self._colony.mail(robot),
@@ -113,6 +116,7 @@ class RobotTransport:
                 _listen(lambda s: deliver(Observed(robot, _content(s.payload, BODY_BYTES)))),
             ),
             self._session.declare_queryable(self._colony.past(robot), _listen(on_past)),
+            self._session.declare_queryable(self._colony.about(robot), _listen(on_about)),
             self._session.liveliness().declare_token(self._colony.alive(robot, life, self.name)),
         ]
 
@@ -203,6 +207,7 @@ class ArenaTransport:
         self._entities = [
             session.declare_subscriber(self._keys.all_actions, _listen(self._on_action)),
             session.declare_queryable(self._keys.join, _listen(self._on_join)),
+            session.declare_queryable(self._keys.about, _listen(self._on_about)),
             live.declare_subscriber(keys.ALL_ROBOTS_ALIVE, _listen(self._on_robot), history=True),
             live.declare_token(self._keys.alive(world, str(session.zid()))),
         ]
@@ -232,6 +237,9 @@ class ArenaTransport:
 
     def _on_join(self, query: zenoh.Query) -> None:
         self._deliver(Asked("join", b"", _payload(query), _answer_to(query)))
+
+    def _on_about(self, query: zenoh.Query) -> None:
+        self._deliver(Asked("about", b"", _payload(query), _answer_to(query)))
 
     def _on_robot(self, sample: zenoh.Sample) -> None:
         token = keys.robot_token(str(sample.key_expr))

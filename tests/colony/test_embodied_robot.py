@@ -26,10 +26,19 @@ from crcolony.colony.messages import (
 )
 from crcolony.colony.node import RobotNode
 from crcolony.colony.raising import own_streams, raise_robots
-from crcolony.colony.telemetry import Scene, SeenRobot
+from crcolony.colony.telemetry import (
+    PEERS_TOLD,
+    AboutRobot,
+    Ask,
+    Scene,
+    SeenRobot,
+    decode_about_robot,
+    decode_past,
+)
 from crcolony.colony.transport import (
     ArenaGone,
     ArenaSeen,
+    Asked,
     Observed,
     Placed,
     RobotGone,
@@ -37,6 +46,7 @@ from crcolony.colony.transport import (
     Shown,
     StrangerSeen,
 )
+from crcolony.robot.state import SLICE_OVER
 from crcolony.world.body import OBSERVATION_WIDTH
 from crcolony.world.settings import CyberRodent
 from tests.colony.small import small
@@ -80,9 +90,11 @@ class Scenery:
         self.air = Air()
         self.said: list[str] = []
         self.came_anew = 0
+        self.batch, self.unix_s = batch, 1_000.0
         node = RobotNode(
-            ME, COLONY, 0, robot, batch, self.store, self.store.begin_life(5), self.air
-        )
+            ME, COLONY, 0, robot, batch, self.store, self.store.begin_life(5), self.air,
+            unix_s=lambda: self.unix_s,
+        )  # fmt: skip
         node.session = "mine"
         self.robot = EmbodiedRobot(
             node, self.air, config, "here", -1, 10.0, self._come_anew, self.said.append
@@ -113,6 +125,23 @@ class Scenery:
         seen = SeenRobot(PEER.id, COLONY, 0.0, 0.0, 0.0, False, float(is_lit), 0.0, 0.0, False)
         scene = Scene("here", WORLD, 1, 1, 0, 0.1, 1.0, 1.0, [seen], [])
         self.robot.take(now_s, Shown(encode(scene)))
+
+    def ask(self, about: Literal["past", "about"], question: bytes) -> list[bytes]:
+        answers: list[bytes] = []
+        self.robot.take(0.0, Asked(about, ME.id, question, answers.append))
+        return answers
+
+    def capture(self, *captures: int) -> None:
+        """Let the robot's agents have captured so many batteries in their lives."""
+        self.batch.captures[0] = captures
+
+    def turn_over(self) -> None:
+        """End the last slice of a generation."""
+        node = self.robot.node
+        generation = node.robot.generation
+        while node.robot.generation == generation:
+            self.batch.events[0] = SLICE_OVER
+            node.finish_step()
 
     @property
     def acted(self) -> list[int]:
@@ -272,6 +301,72 @@ class TestTheOthers:
             scenery.robot.keep_time(now_s)
             assert scenery.robot.next_s > now_s
             now_s = scenery.robot.next_s
+
+
+class TestObservers:
+    """Whoever asks is told, and costs it little."""
+
+    def about(self, scenery: Scenery) -> AboutRobot:
+        (answer,) = scenery.ask("about", b"")
+        return decode_about_robot(answer)
+
+    def test_it_tells_what_it_is_like_and_whom_it_sees(self, scenery: Scenery) -> None:
+        """Its body is the one that it has: the config's, and then what the arena gave it."""
+        config = small()
+        about = self.about(scenery)
+        assert (about.robot, about.life, about.peers) == (ME.id, scenery.robot.node.life, [])
+        told = msgspec.json.decode(about.settings)
+        assert set(told) == {"body", "learning", "life", "heredity"}
+        for name, settings in told.items():
+            assert msgspec.convert(settings, type(group := getattr(config, name))) == group
+        scenery.robot.take(0.0, RobotSeen(PEER.id, 1, "theirs"))
+        body = msgspec.json.encode(CyberRodent(camera_range_m=0.75)).decode()
+        scenery.robot.take(0.0, Placed(ME.id, encode(Embodied(2, WORLD, 0, 0.1, False, body))))
+        about = self.about(scenery)
+        assert about.peers == [PEER.id]
+        assert msgspec.json.decode(about.settings)["body"]["camera_range_m"] == 0.75
+
+    def test_of_many_peers_it_names_some(self, scenery: Scenery) -> None:
+        """As many as a message holds."""
+        for number in range(PEERS_TOLD + 5):
+            scenery.robot.take(0.0, RobotSeen(number.to_bytes(16), 1, "theirs"))
+        assert len(self.about(scenery).peers) == PEERS_TOLD
+
+    def test_it_answers_a_hundred_questions_a_second(self, scenery: Scenery) -> None:
+        """Of both kinds together; those that are too many, or none, are faults."""
+        node, ask = scenery.robot.node, encode(Ask(scenery.robot.node.life, 1))
+        (answer,) = scenery.ask("past", ask)
+        assert len(decode_past(answer).events) == 4, "its births"
+        answers = [*(scenery.ask("past", ask) + scenery.ask("about", b"") for _ in range(80))]
+        assert sum(map(len, answers)) == 99
+        assert node.faults == {"malformed question": 61}
+        scenery.unix_s += 1.0
+        assert not scenery.ask("past", b"")
+        assert not scenery.ask("about", b"?")
+        assert node.faults == {"malformed question": 63}
+        assert self.about(scenery)
+
+    def test_captures_are_counted_over_all_generations_and_lives(
+        self, scenery: Scenery, tmp_path: Path
+    ) -> None:
+        """Of those that have ended, and of the present one."""
+
+        def told(scenery: Scenery) -> int:
+            return scenery.robot.node.state(0).captures
+
+        scenery.capture(1, 2, 0, 4)
+        assert told(scenery) == 7
+        scenery.turn_over()
+        assert told(scenery) == 7
+        scenery.capture(0, 1, 1, 0)
+        assert told(scenery) == 9
+        scenery.robot.node.save()
+        scenery.store.close()
+        again = Scenery(tmp_path)
+        assert told(again) == 9
+        again.turn_over()
+        assert told(again) == 9
+        again.store.close()
 
 
 def test_it_is_done_after_the_last_generation(scenery: Scenery) -> None:

@@ -1,5 +1,6 @@
 """An arena takes in whom it has room for, hears whom it knows, and keeps nothing for those who do not come back."""
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -17,8 +18,10 @@ from crcolony.colony.messages import (
     pack_row,
 )
 from crcolony.colony.reception import Reception
+from crcolony.colony.telemetry import decode_about_arena
 from crcolony.colony.transport import Acted, Asked, RobotGone, RobotSeen
 from crcolony.world.body import ACTION_WIDTH
+from crcolony.world.settings import Arena, CyberRodent
 from tests.colony.small import small
 
 IDS = [seeded("test", 1, number).id for number in range(8)]
@@ -32,13 +35,18 @@ class Desk:
         self.node = ArenaNode(small(), 7, lockstep=False, body_grace_s=GRACE_S)
         self.said: list[str] = []
         self.forgotten: list[RobotId] = []
-        self.reception = Reception(self.node, self.forgotten.append, self.said.append)
+        self.reception = Reception(self.node, self.forgotten.append, self.said.append, "lab")
 
     def ask(self, now_s: float, request: Message | bytes) -> list[Embodied | Refused]:
         answers: list[bytes] = []
         question = request if isinstance(request, bytes) else encode(request)
         self.reception.take(now_s, Asked("join", b"", question, answers.append))
         return [decode_place(answer) for answer in answers]
+
+    def ask_about(self, now_s: float, question: bytes = b"") -> list[bytes]:
+        answers: list[bytes] = []
+        self.reception.take(now_s, Asked("about", b"", question, answers.append))
+        return answers
 
     def see(self, robot: int, session: str = "a") -> None:
         self.reception.take(0.0, RobotSeen(IDS[robot], 1, session))
@@ -114,6 +122,26 @@ def test_an_action_moves_the_body_of_who_sent_it(desk: Desk) -> None:
     desk.act(0, b"noise")
     desk.act(5, action)
     assert desk.node.counts == {"malformed": 1, "unknown": 1}
+
+
+def test_who_asks_what_the_arena_is_like_is_told(desk: Desk) -> None:
+    """Its settings, and which run of it this is; a question that says anything is malformed."""
+    (answer,) = desk.ask_about(10.0)
+    about = decode_about_arena(answer)
+    assert (about.arena, about.world) == ("lab", 7)
+    told = msgspec.json.decode(about.settings)
+    assert set(told) == {"arena", "body"}
+    assert msgspec.convert(told["arena"], Arena) == small().arena
+    assert msgspec.convert(told["body"], CyberRodent) == small().body
+    assert not desk.ask_about(10.0, b"?")
+    assert desk.node.counts == {"malformed": 1}
+
+
+def test_an_arena_answers_a_hundred_questions_a_second(desk: Desk) -> None:
+    """Those that are too many are counted."""
+    answers = [desk.ask_about(10.0 + k / 1000.0) for k in range(1000)]
+    assert 100 <= sum(map(len, answers)) <= 200
+    assert desk.node.counts["too many"] == 1000 - sum(map(len, answers))
 
 
 def test_noise_is_no_request_and_fills_no_log(desk: Desk) -> None:

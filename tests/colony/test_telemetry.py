@@ -1,5 +1,6 @@
 """Observers read what robots tell, learn what they missed, and no telemetry makes them do anything but count it."""
 
+import json
 import random
 from collections.abc import Callable
 from typing import Any
@@ -9,9 +10,11 @@ import msgspec
 import pytest
 
 from crcolony.colony import telemetry
+from crcolony.colony.embodied_robot import settings_of_robot
 from crcolony.colony.messages import Message, WireError, encode
 from crcolony.colony.telemetry import PAST_EVENTS, Ask, Fault, Ring, Told
-from crcolony.colony.watch import Watch
+from crcolony.config import load
+from crcolony.world.settings import CyberRodent
 from tests.vectors.make import EVENTS, FOLDER, INITIATOR, TELEMETRY, plain
 
 DOORS: dict[str, Callable[[bytes], Any]] = {
@@ -19,6 +22,8 @@ DOORS: dict[str, Callable[[bytes], Any]] = {
     "state": telemetry.decode_state,
     "ask": telemetry.decode_ask,
     "past": telemetry.decode_past,
+    "about_robot": telemetry.decode_about_robot,
+    "about_arena": telemetry.decode_about_arena,
     "scene": telemetry.decode_scene,
 }
 VECTORS = {name: (FOLDER / f"{name}.msgpack").read_bytes() for name in TELEMETRY}
@@ -26,7 +31,7 @@ MUTATIONS = 1500
 
 
 def door_of(name: str) -> Callable[[bytes], Any]:
-    return DOORS[name.partition("_")[0]]
+    return DOORS["told" if name.startswith("told_") else name]
 
 
 def test_there_is_a_vector_for_every_kind_of_telemetry() -> None:
@@ -35,6 +40,35 @@ def test_there_is_a_vector_for_every_kind_of_telemetry() -> None:
     wire = {k for k in Message.__subclasses__() if k.__module__ == telemetry.__name__}
     assert wire <= kinds
     assert {type(event) for event in EVENTS.values()} == set(telemetry.Event.__args__)
+
+
+def test_the_protocol_names_every_message_and_field_of_it() -> None:
+    """PROTOCOL.md, from which a stranger writes an observer; a field of an event may stand with its type."""
+    text = (FOLDER.parents[1] / "PROTOCOL.md").read_text().partition("## Telemetry")[2]
+    for message in (*TELEMETRY.values(), *EVENTS.values()):
+        assert f"`{message.__struct_config__.tag}`" in text
+        for name in message.__struct_fields__:
+            assert f"`{name}`" in text, f"{type(message).__name__}.{name}"
+
+
+class TestSettings:
+    """What robots and arenas tell of their settings is JSON, and fits into a message."""
+
+    def test_every_group_is_told_as_the_config_has_it(self) -> None:
+        """A stranger reads it without this program."""
+        config = load()
+        told = json.loads(settings_of_robot(config, CyberRodent(camera_range_m=0.5)))
+        assert set(told) == {"body", "learning", "life", "heredity"}
+        assert told["body"]["camera_range_m"] == 0.5
+        assert told["life"] == msgspec.to_builtins(config.life)
+
+    def test_a_group_that_does_not_fit_is_left_out(self) -> None:
+        """A thousand speeds do not keep a robot from telling the rest."""
+        config = load(None, [f"learning.speeds_m_s={[0.1 + k / 1e5 for k in range(1500)]}"])
+        text = settings_of_robot(config, config.body)
+        assert set(json.loads(text)) == {"body", "life", "heredity"}
+        assert len(text) <= telemetry.ROBOT_SETTINGS
+        assert telemetry.settings_text({"life": config.life}, 2) == "{}"
 
 
 @pytest.mark.parametrize("name", TELEMETRY)
@@ -110,41 +144,3 @@ class TestRing:
         assert ring.answer(Ask(4, 1)).events == []
         assert ring.answer(Ask(5, 2)).events == []
         assert ring.answer(Ask(4, 1)).life == 5
-
-
-class TestWatch:
-    """A watcher keeps the latest, knows what it missed, and is never thrown by what it hears."""
-
-    def test_gaps_are_counted_and_repetitions_are_not(self) -> None:
-        """Whatever order they come in."""
-        watch = Watch()
-        watch.told_state("crcolony/1/colony/blue/state/x", VECTORS["state"], 1.0)
-        ring = Ring(INITIATOR.id, 3)
-        told = [ring.add(Fault(k, "x"), 7) for k in range(10)]
-        for data in (told[0], told[1], told[5], told[5], told[9]):
-            watch.told_event(data)
-        assert watch.robots[INITIATOR.id].missed == 6
-
-    def test_tokens_tell_who_is_alive_in_which_life(self) -> None:
-        """A robot with two lives is alive until both are gone."""
-        watch = Watch()
-        key = f"crcolony/1/colony/blue/alive/{INITIATOR.id.hex()}"
-        watch.token(f"{key}/3/abc", True)
-        watch.token(f"{key}/4/def", True)
-        watch.token(f"{key}/3/abc", False)
-        assert [watched.robot for watched in watch.alive] == [INITIATOR.id]
-        watch.token(f"{key}/4/def", False)
-        assert watch.alive == []
-        watch.token("crcolony/1/arena/lab/alive/7/abc", True)
-        assert watch.arenas == {"lab": {"abc"}}
-
-    def test_what_is_malformed_is_counted(self) -> None:
-        """Keys and messages of every kind."""
-        watch = Watch()
-        watch.token("crcolony/1/colony/blue/alive/nobody/3/abc", True)
-        watch.token("crcolony/1/colony/blue/alive/00/x/abc", True)
-        watch.told_state("crcolony/1/colony/blue/state/x", b"\xc1", 1.0)
-        watch.told_event(b"")
-        watch.told_scene(b"\x90")
-        assert watch.malformed == 5
-        assert watch.robots == {}

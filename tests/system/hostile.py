@@ -322,7 +322,7 @@ def telemetry(peer: Hostile) -> Callable[[], None]:
         robot = peer.chance.choice((peer.victim(), peer.chance.randbytes(16)))
         lie = State(
             robot, 0, ARENA, 2**32 - 1, 2**50, 0, 1, 2**50, "x", 0.5, 0, 2**50, 2**50, 0, 0, 0, 0,
-            0, 0, 0, 0, 0.0,
+            0, 0, 0, 0, 0, 0.0,
         )  # fmt: skip
         peer.put(peer.colony.state(robot), encode(lie))
         peer.put(peer.colony.state(peer.victim()), peer.chance.randbytes(100))

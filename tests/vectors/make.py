@@ -95,6 +95,7 @@ TELEMETRY: dict[str, messages.Message] = {
         module=-1,
         matings=4,
         conceptions=3,
+        captures=70,
         pool=2,
         waiting=2,
         doubts=1,
@@ -107,6 +108,10 @@ TELEMETRY: dict[str, messages.Message] = {
     ),
     "ask": telemetry.Ask(3, 2),
     "past": telemetry.Past(3, 1, [messages.encode(TOLD["told_met"])]),
+    "about_robot": telemetry.AboutRobot(
+        INITIATOR.id, 3, '{"body":{"camera_m":1.5}}', [RESPONDER.id]
+    ),
+    "about_arena": telemetry.AboutArena("lab", 2**61, '{"arena":{"packs":8}}'),
     "scene": telemetry.Scene(
         arena="lab",
         world=2**61,

@@ -47,7 +47,7 @@ class ArenaProcess:
         self._wall_period_s = wall_period_s
         self._checkpoint = checkpoint
         self._say = say
-        self._reception = Reception(node, transport.forget, say)
+        self._reception = Reception(node, transport.forget, say, name)
         self._scenes = 0
         now_s = time.monotonic()
         self._scene_due_s = self._housekeeping_due_s = now_s

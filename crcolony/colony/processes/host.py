@@ -14,7 +14,7 @@ import numpy as np
 from rich.console import Console
 
 from crcolony.colony.arena_node import ArenaNode
-from crcolony.colony.embodied_robot import STATE_PERIOD_S
+from crcolony.colony.embodied_robot import STATE_PERIOD_S, settings_of_robot
 from crcolony.colony.identity import RobotId, create_key, load_key
 from crcolony.colony.inbox import Inbox
 from crcolony.colony.memory.store import Store
@@ -68,13 +68,16 @@ class HostProcess(ArenaProcess):
         self._snapshot_due_s = now_s + self._snapshot_s / len(robots)
         self._saved_last = 0
 
-    def begin(self, colony: str) -> None:
-        """Bring all robots to life and give them bodies; raises Refusal for a memory that does not fit."""
+    def begin(self, colony: str, settings: str) -> None:
+        """Bring all robots to life and give them bodies; raises Refusal for a memory that does not fit.
+
+        `settings` are what every robot tells of its own.
+        """
         now_s = time.monotonic()
         for place, robot in enumerate(self._robots):
             robot.begin(now_s)
             self._node.join(Join(robot.id, colony, place))
-            robot.arena = self._name
+            robot.arena, robot.settings = self._name, settings
             self._letters.host(robot.id, robot.life)
 
     def end(self) -> None:
@@ -132,6 +135,8 @@ class HostProcess(ArenaProcess):
                     robot.robot_gone(now_s, peer, life, session)
             case Asked(about="past", robot=asked, question=question, answer=answer):
                 self._here[asked].answer_past(question, answer)
+            case Asked(about="about", robot=asked, question=question, answer=answer) if asked:
+                self._here[asked].answer_about(question, answer)
             case _:
                 super()._take(arrival)
 
@@ -211,7 +216,7 @@ def run_host(
             node, arena, transport, nodes, batch, habits, letters, inbox, wall_period_s,
             folder / WORLD, say,
         )  # fmt: skip
-        process.begin(colony)
+        process.begin(colony, settings_of_robot(config, config.body))
         places = config.robots - count
         say(f"{count} robots of colony {colony} in arena {arena}, and {places} places for others")
         try:

@@ -5,15 +5,12 @@ import threading
 import time
 from typing import Any
 
-import zenoh
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
-from zenoh.handlers import Callback
 
-from crcolony.colony import keys
-from crcolony.colony.keys import ColonyKeys
 from crcolony.colony.network import Network, open_session
+from crcolony.colony.processes.watcher import Watcher
 from crcolony.colony.stopping import Stop
 from crcolony.colony.telemetry import STALE_S
 from crcolony.colony.watch import Watch, Watched
@@ -22,45 +19,6 @@ _REFRESH_S = 0.25
 _PLAIN_LINES_S = 5.0
 _TABLE_WIDTH = 110
 """Of a table that is not for a terminal"""
-
-
-class Watcher:
-    """A `Watch` that is fed from the network; `lock` guards it, since Zenoh calls from its own threads."""
-
-    def __init__(self, session: zenoh.Session, colony: str = "*") -> None:
-        self.watch = Watch()
-        self.lock = threading.Lock()
-        of = ColonyKeys(colony)
-        live = session.liveliness()
-        self._entities: list[Any] = [
-            live.declare_token(keys.observer(str(session.zid()))),
-            session.declare_subscriber(of.all_states, self._listen(self._on_state)),
-            session.declare_subscriber(of.all_events, self._listen(self._on_event)),
-            session.declare_subscriber(f"{keys.ROOT}/arena/*/scene", self._listen(self._on_scene)),
-            live.declare_subscriber(of.all_alive, self._listen(self._on_token), history=True),
-            live.declare_subscriber(
-                keys.ALL_ARENAS_ALIVE, self._listen(self._on_token), history=True
-            ),
-        ]
-
-    def _listen(self, take: Any) -> Any:
-        def locked(sample: zenoh.Sample) -> None:
-            with self.lock:
-                take(sample)
-
-        return Callback(locked, indirect=False)
-
-    def _on_token(self, sample: zenoh.Sample) -> None:
-        self.watch.token(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
-
-    def _on_state(self, sample: zenoh.Sample) -> None:
-        self.watch.told_state(str(sample.key_expr), sample.payload.to_bytes(), time.monotonic())
-
-    def _on_event(self, sample: zenoh.Sample) -> None:
-        self.watch.told_event(sample.payload.to_bytes())
-
-    def _on_scene(self, sample: zenoh.Sample) -> None:
-        self.watch.told_scene(sample.payload.to_bytes())
 
 
 def run_top(network: Network, colony: str, seconds: float | None) -> int:
@@ -73,24 +31,19 @@ def run_top(network: Network, colony: str, seconds: float | None) -> int:
         if console.is_terminal:
             with Live(console=console, refresh_per_second=4, screen=False) as live:
                 while not stop():
-                    live.update(shown(watcher))
+                    watcher.update()
+                    live.update(table_of(watcher.watch, time.time()))
                     woken.wait(_REFRESH_S)
         else:
             while not stop():
                 woken.wait(min(_PLAIN_LINES_S, seconds or _PLAIN_LINES_S))
-                with watcher.lock:
-                    console.print(plain_line(watcher.watch), highlight=False, soft_wrap=True)
+                watcher.update()
+                console.print(plain_line(watcher.watch), highlight=False, soft_wrap=True)
     return 0
 
 
-def shown(watcher: Watcher) -> Table:
-    """Return the present state as a table."""
-    with watcher.lock:
-        return table_of(watcher.watch, time.monotonic())
-
-
-def table_of(watch: Watch, now_s: float) -> Table:
-    """Return a table with a row for each robot."""
+def table_of(watch: Watch, unix_s: float) -> Table:
+    """Return the present state as a table with a row for each robot."""
     table = Table(box=None, pad_edge=False, title_justify="left", title=headline(watch))
     for name in ("robot", "", "energy", "module", "gen", "matings", "children", "pool", "doubt"):
         is_number = name in ("gen", "matings", "children", "pool", "doubt")
@@ -100,26 +53,26 @@ def table_of(watch: Watch, now_s: float) -> Table:
     if not watch.robots:
         table.add_row("no robots yet; looking …")
     for watched in watch.all:
-        table.add_row(*_row(watched, now_s))
+        table.add_row(*_row(watched, unix_s))
     return table
 
 
 def headline(watch: Watch) -> str:
     """Say how many robots are alive, and what the arenas do."""
     arenas = [
-        f"arena {name}: " + (f"tick {watch.scenes[name].tick}" if name in watch.scenes else "quiet")
-        if sessions
+        f"arena {name}: " + (f"tick {arena.scene.tick}" if arena.scene else "quiet")
+        if arena.is_alive
         else f"arena {name}: gone"
-        for name, sessions in sorted(watch.arenas.items())
+        for name, arena in sorted(watch.arenas.items())
     ]
     return f"{len(watch.alive)} robots alive   " + ("   ".join(arenas) or "no arena in sight")
 
 
-def _row(watched: Watched, now_s: float) -> list[str]:
+def _row(watched: Watched, unix_s: float) -> list[str]:
     state, name = watched.state, watched.robot.hex()[:8]
     if state is None:
         return [name, "alive" if watched.is_alive else "gone"]
-    age_s = now_s - watched.heard_s
+    age_s = unix_s - watched.heard_s
     how = "gone" if not watched.is_alive else "silent" if age_s > STALE_S else "alive"
     style = {"gone": "[dim red]", "silent": "[yellow]", "alive": "[green]"}[how]
     bar = "█" * round(8 * state.energy)
@@ -160,36 +113,36 @@ def run_status(network: Network, colony: str, seconds: float, as_json: bool) -> 
         pause = threading.Event()
         while time.monotonic() < end_s:
             pause.wait(0.05)
-            with watcher.lock:
-                known = watcher.watch.alive
-                is_known = bool(known) and all(watched.state for watched in known)
+            watcher.update()
+            known = watcher.watch.alive
+            is_known = bool(known) and all(watched.state for watched in known)
             if is_known and time.monotonic() > settled_s:
                 break
-        with watcher.lock:
-            if as_json:
-                print(json.dumps(as_dict(watcher.watch, time.monotonic()), indent=2))
-            else:
-                console = Console()
-                console.width = max(console.width, _TABLE_WIDTH)
-                console.print(table_of(watcher.watch, time.monotonic()))
+        watcher.update()
+        if as_json:
+            print(json.dumps(as_dict(watcher.watch, time.time()), indent=2))
+        else:
+            console = Console()
+            console.width = max(console.width, _TABLE_WIDTH)
+            console.print(table_of(watcher.watch, time.time()))
 
 
-def as_dict(watch: Watch, now_s: float) -> dict[str, Any]:
+def as_dict(watch: Watch, unix_s: float) -> dict[str, Any]:
     """Return what is known, for programs."""
     return {
-        "robots": [_robot_as_dict(watched, now_s) for watched in watch.all],
+        "robots": [_robot_as_dict(watched, unix_s) for watched in watch.all],
         "arenas": [
             {
                 "name": name,
-                "alive": bool(sessions),
-                "tick": watch.scenes[name].tick if name in watch.scenes else None,
+                "alive": arena.is_alive,
+                "tick": arena.scene.tick if arena.scene else None,
             }
-            for name, sessions in sorted(watch.arenas.items())
+            for name, arena in sorted(watch.arenas.items())
         ],
     }
 
 
-def _robot_as_dict(watched: Watched, now_s: float) -> dict[str, Any]:
+def _robot_as_dict(watched: Watched, unix_s: float) -> dict[str, Any]:
     state = watched.state
     told: dict[str, Any] = {"id": watched.robot.hex(), "colony": watched.colony}
     told["alive"] = watched.is_alive
@@ -197,8 +150,8 @@ def _robot_as_dict(watched: Watched, now_s: float) -> dict[str, Any]:
         return told | dict.fromkeys(("energy", "generation", "matings"))
     fields = (
         "number", "arena", "life", "tick", "generation", "agent", "energy", "matings",
-        "conceptions", "pool", "waiting", "doubts", "orphaned", "peers", "refused", "dropped",
+        "conceptions", "captures", "pool", "waiting", "doubts", "orphaned", "peers", "refused", "dropped",
         "faults", "period_ms",
     )  # fmt: skip
     told |= {name: getattr(state, name) for name in fields}
-    return told | {"age_s": round(now_s - watched.heard_s, 3), "missed": watched.missed}
+    return told | {"age_s": round(unix_s - watched.heard_s, 3), "missed": watched.missed}

@@ -262,6 +262,9 @@ def add_launch(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--out", type=Path, metavar="DIR", help="results folder")
     parser.add_argument("--minutes", type=float, metavar="M", help="stop after so long")
+    parser.add_argument(
+        "--dashboard", action="store_true", help="show it in a browser, and record it into DIR"
+    )
     _add_clock(parser)
     add_network(parser)
     parser.set_defaults(command=_launch)
@@ -290,6 +293,7 @@ def _launch(options: argparse.Namespace) -> int:
             wall_period_s=wall_period_s(options, config.arena.control_period_s),
             robots_only=options.robots_only,
             minutes=options.minutes,
+            has_dashboard=options.dashboard,
         )
     )
 

@@ -1,5 +1,6 @@
 """The processes that a launch starts on this machine: how each is called, kept alive, and asked to end."""
 
+import contextlib
 import signal
 import subprocess
 import sys
@@ -15,6 +16,9 @@ from crcolony.errors import EXIT_OK, EXIT_WRONG_INPUT
 
 _RESTARTS, _RESTARTS_WITHIN_S = 5, 60.0
 _RESTART_DELAY_S = 0.5
+DASHBOARD = "dashboard"
+_VIEWER_PORTS = {"--port": 9876, "--web-port": 9090}
+"""Of a dashboard, where they are free"""
 
 
 @dataclass(frozen=True)
@@ -31,6 +35,8 @@ class Launch:
     wall_period_s: float | None
     robots_only: bool
     minutes: float | None
+    has_dashboard: bool = False
+    """Whether to show it in a browser"""
 
 
 @dataclass
@@ -87,6 +93,11 @@ class Child:
     def is_robot(self) -> bool:
         """Whether it is one of those the whole is for."""
         return self.name.startswith("robot")
+
+    @property
+    def only_watches(self) -> bool:
+        """Whether nobody needs it to live."""
+        return self.name == DASHBOARD
 
     @property
     def is_over(self) -> bool:
@@ -158,6 +169,8 @@ def children_of(launch: Launch, networks: Networks) -> list[Child]:
         children.append(_child("router", ["router", *_words(networks.router)], logs))
     if not launch.robots_only:
         children.append(_child("arena", _arena_words(launch, networks.arena), logs))
+    if launch.has_dashboard:
+        children.append(_child(DASHBOARD, _dashboard_words(launch, networks.robots), logs))
     for number in range(launch.count):
         words = _robot_words(launch, networks.robots, number)
         children.append(_child(f"robot {number}", words, logs))
@@ -189,6 +202,23 @@ def _robot_words(launch: Launch, network: Network, number: int) -> list[str]:
     if not launch.robots_only:
         words += ["--number", str(number)]
     return [*words, "--repeatable"] if is_repeatable(launch) else words
+
+
+def _dashboard_words(launch: Launch, network: Network) -> list[str]:
+    words = ["dashboard", "--web", "--out", str(launch.folder), *_words(network)]
+    for option, usual in _VIEWER_PORTS.items():
+        is_free = not is_taken(f"tcp/127.0.0.1:{usual}")
+        words += [option, str(usual if is_free else free_port())]
+    return words
+
+
+def address_in(log: Path) -> str | None:
+    """Return where a dashboard is to be seen, once it has said so."""
+    with contextlib.suppress(OSError):
+        for line in log.read_text("utf-8", "replace").splitlines():
+            if "http://" in line and "browser" in line:
+                return line[line.index("http://") :]
+    return None
 
 
 def last_line(log: Path) -> str:

@@ -20,13 +20,15 @@ from crcolony.colony.network import HERE, Network, open_session
 from crcolony.colony.processes.children import (
     Child,
     Launch,
+    address_in,
     children_of,
     is_repeatable,
     networks_of,
 )
 from crcolony.colony.processes.closing import say_summary
 from crcolony.colony.processes.start import KEY, make_folder, warm_up
-from crcolony.colony.processes.top import Watcher, plain_line, shown
+from crcolony.colony.processes.top import plain_line, table_of
+from crcolony.colony.processes.watcher import Watcher
 from crcolony.colony.results import keep_config
 from crcolony.colony.stopping import Stop
 from crcolony.colony.transport import NetworkError
@@ -55,7 +57,8 @@ def run_launch(launch: Launch) -> int:
         _attend(console, children, Watcher(session, launch.colony), stop, woken)
     console.print(f"stopped after {time.monotonic() - started_s:.0f} s", highlight=False)
     say_summary(console, launch.folder, launch.config)
-    return EXIT_OK if not any(child.ended not in ("", "done") for child in children) else 1
+    needed = [child for child in children if not child.only_watches]
+    return EXIT_OK if not any(child.ended not in ("", "done") for child in needed) else 1
 
 
 def _attend(
@@ -68,13 +71,15 @@ def _attend(
     """Show the colony and look after the processes until it is over."""
     robots = [child for child in children if child.is_robot]
     said_s, is_discovered = time.monotonic(), False
+    shown_at: set[str] = set()
     started_s = time.monotonic()
     with _display(console) as live:
         while not stop() and not _is_over(children):
             woken.wait(_REFRESH_S)
             now_s = time.monotonic()
+            watcher.update()
             for child in children:
-                news = child.look_after(now_s)
+                news = child.look_after(now_s) or _where(child, shown_at)
                 if news:
                     console.print(news, highlight=False, soft_wrap=True)
             if not is_discovered and _all_see_all(watcher, len(robots)):
@@ -84,17 +89,26 @@ def _attend(
                     highlight=False,
                 )
             if live is not None:
-                live.update(shown(watcher))
+                live.update(table_of(watcher.watch, time.time()))
             elif now_s - said_s >= _PLAIN_LINES_S:
                 said_s = now_s
-                with watcher.lock:
-                    console.print(plain_line(watcher.watch), highlight=False, soft_wrap=True)
+                console.print(plain_line(watcher.watch), highlight=False, soft_wrap=True)
+
+
+def _where(child: Child, said: set[str]) -> str | None:
+    """Say once where a dashboard is to be seen."""
+    address = address_in(child.log) if child.only_watches and not said else None
+    if address is None:
+        return None
+    said.add(address)
+    return f"dashboard: {address}"
 
 
 def _is_over(children: list[Child]) -> bool:
     """Whether all robots are done, or the arena or router will not run."""
     robots = [child.is_over for child in children if child.is_robot]
-    return all(robots) or any(child.is_over for child in children if not child.is_robot)
+    nature = [child for child in children if not child.is_robot and not child.only_watches]
+    return all(robots) or any(child.is_over for child in nature)
 
 
 def _session(network: Network) -> zenoh.Session:
@@ -109,8 +123,7 @@ def _session(network: Network) -> zenoh.Session:
 
 
 def _all_see_all(watcher: Watcher, count: int) -> bool:
-    with watcher.lock:
-        states = [watched.state for watched in watcher.watch.alive]
+    states = [watched.state for watched in watcher.watch.alive]
     return sum(s is not None and s.peers >= count - 1 for s in states) >= count
 
 

@@ -7,16 +7,20 @@ OUT ?=
 MINUTES ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help run test check bench clean
+.PHONY: help run dashboard test check bench clean
 
 help:
 	@echo "make run           an arena and four robots, each its own process, until Ctrl-C (MINUTES=2: for so long)"
+	@echo "make dashboard     the colony that runs, in a browser: beside make run, before it or after"
 	@echo "make test          formatting, types, layers, all tests, coverage"
 	@echo "make bench         figures: how fast it is"
 	@echo "make clean         remove the virtual environment and caches"
 
 run: $(VENV)/run.stamp
 	@$(BIN)/crcolony launch -n 4 --generations 0 $(if $(OUT),--out $(OUT)) $(if $(MINUTES),--minutes $(MINUTES))
+
+dashboard: $(VENV)/viz.stamp
+	@$(BIN)/crcolony dashboard --web $(if $(OUT),--out $(OUT)) $(if $(MINUTES),--minutes $(MINUTES))
 
 test: $(VENV)/dev.stamp
 	@$(BIN)/ruff format --check --quiet . && $(BIN)/ruff check --quiet . && echo "ruff: clean"
@@ -56,7 +60,12 @@ $(VENV)/run.stamp: pyproject.toml requirements.lock | $(VENV)/bin/python
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[experiments]'
 	@touch $@
 
+$(VENV)/viz.stamp: pyproject.toml requirements.lock | $(VENV)/bin/python
+	@echo "installing crcolony and its dashboard (see requirements.lock)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[experiments,viz]'
+	@touch $@ $(VENV)/run.stamp
+
 $(VENV)/dev.stamp: pyproject.toml requirements.lock | $(VENV)/bin/python
 	@echo "installing crcolony and its checks (see requirements.lock)"
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[dev]'
-	@touch $@ $(VENV)/run.stamp
+	@touch $@ $(VENV)/run.stamp $(VENV)/viz.stamp

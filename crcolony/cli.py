@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
+from crcolony.commands.dashboards import add_dashboard, add_export, add_replay
 from crcolony.commands.evolve import add_evolve
 from crcolony.commands.files import add_check, add_inspect, add_keygen, add_plot
 from crcolony.commands.network import add_arena, add_host, add_launch, add_robot, add_router
@@ -62,6 +63,9 @@ def _parser() -> argparse.ArgumentParser:
         ("host", add_host, "run an arena and many robots in one process"),
         ("router", add_router, "run a router for more robots than a mesh carries"),
         ("simulate", add_simulate, "colonies in virtual time, with everything going wrong"),
+        ("dashboard", add_dashboard, "watch colonies live in Rerun"),
+        ("replay", add_replay, "the same dashboard from a finished run"),
+        ("export", add_export, "recorded telemetry as Parquet tables"),
         ("top", add_top, "who is alive, and how they are, live"),
         ("status", add_status, "the same, once"),
         ("inspect", add_inspect, "look into a robot's memory"),

@@ -29,7 +29,19 @@ IntArray = NDArray[np.int64]
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
-_UNCOMPILED = ("colony", "processes", "simulation", "memory", "commands", "experiments")
+_UNCOMPILED = (
+    "colony",
+    "plots",
+    "processes",
+    "simulation",
+    "memory",
+    "dashboards",
+    "tabs",
+    "spectator",
+    "recordings",
+    "commands",
+    "experiments",
+)
 """Folders whose files matter to compiled code only if they hold some themselves."""
 
 

@@ -2,7 +2,7 @@
 
 Refusal         something outside is not as it should be: a setting, a file, an endpoint. One line, exit code 2
   ConfigError, ResultsError, PlotsError, IdentityError, NetworkError, StoreError, StoreFull,
-      TwinError, UsageError
+      TwinError, UsageError, DashboardError, TelemetryError, PastRunError, ExportError
 Broken          nobody knows what is on the disk: the process ends, and begins again from the disk. Exit code 3
   StoreBroken
 """

@@ -8,7 +8,6 @@ everybody who is there. A robot that joins has observed nothing yet: it is waite
 process is gone from the network is not waited for; its body stays for a while, and its time to live stops it.
 """
 
-import itertools
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -29,12 +28,11 @@ from crcolony.colony.messages import (
     pack_row,
     unpack_row,
 )
+from crcolony.colony.scenes import Body, scene_of
 from crcolony.colony.telemetry import (
     ARENA_SETTINGS,
     AboutArena,
     Scene,
-    SeenPack,
-    SeenRobot,
     settings_text,
 )
 from crcolony.compiled import FloatArray
@@ -42,9 +40,6 @@ from crcolony.config import Config
 from crcolony.world import body
 from crcolony.world.arena import Arena
 from crcolony.world.tick import one_period
-
-_SCENE_ROBOTS, _SCENE_PACKS = 1_000, 2_000
-"""As many fit into a scene's bytes, however long the names of their colonies are."""
 
 
 class ArenaNode:
@@ -256,41 +251,8 @@ class ArenaNode:
 
     def scene(self, arena: str, seq: int, unix_ms: int) -> Scene:
         """Return what a spectator sees: of a crowd, as many as a message holds."""
-        world, rules = self.arena.world, self.arena.world.rules
-        packs = np.hstack([world.packs, world.pack_colours, world.pack_charges[:, None]])
-        return Scene(
-            arena=arena,
-            world=self.world,
-            seq=seq,
-            tick=self.tick,
-            unix_ms=unix_ms,
-            period_s=self._period_s,
-            width_m=rules.width_m,
-            height_m=rules.height_m,
-            robots=[
-                self._seen(robot, place)
-                for robot, place in itertools.islice(self.robots.items(), _SCENE_ROBOTS)
-            ],
-            packs=[SeenPack(*pack) for pack in packs[:_SCENE_PACKS].tolist()],
-        )
-
-    def _seen(self, robot: RobotId, place: int) -> SeenRobot:
-        world = self.arena.world
-        x_m, y_m, heading_rad = world.poses[place].tolist()
-        action = world.actions[place].tolist()
-        red, green, blue = action[body.LED : body.LED + 3]
-        return SeenRobot(
-            robot=robot,
-            colony=self.colony_of(robot),
-            x_m=x_m,
-            y_m=y_m,
-            heading_rad=heading_rad,
-            beacon=action[body.BEACON] >= 0.5,
-            red=red,
-            green=green,
-            blue=blue,
-            holds=bool(world.holding[place] >= 0),
-        )
+        bodies = (Body(robot, self.colony_of(robot), place) for robot, place in self.robots.items())
+        return scene_of(self.arena.world, bodies, arena, self.world, seq, self.tick, unix_ms)
 
     def save(self) -> dict[str, Any]:
         """Return all there is of the arena; `restore` makes one of the same config go on identically."""

@@ -63,7 +63,8 @@ def chronicle_of(memories: Sequence[Memory]) -> Chronicle:
     events: list[tuple[int, int, int, Event]] = []
     for number, memory in enumerate(memories):
         for event in memory.events:
-            events.append((event.tick, _ORDER[type(event)], number, _renamed(event, numbers)))
+            renamed = _renamed(event, number, numbers)
+            events.append((event.tick, _ORDER[type(event)], number, renamed))
     matings, one_sided = _pair(memories, numbers)
     events += [(mated.tick, _ORDER[Mated], mated.robot, mated) for mated in matings]
     events.sort(key=lambda entry: entry[:3])
@@ -78,17 +79,13 @@ def _number_of(memory: Memory) -> int:
     return min((event.robot for event in memory.events if not isinstance(event, Mated)), default=0)
 
 
-def _renamed(event: Event, numbers: Mapping[str, int]) -> Event:
-    """Return an event in which robots and agents are called by numbers."""
-    changes: dict[str, object] = {}
+def _renamed(event: Event, number: int, numbers: Mapping[str, int]) -> Event:
+    """Return an event of the robot with this number, in which robots and agents are called by numbers."""
+    changes: dict[str, object] = {} if isinstance(event, Mated) else {"robot": number}
     for field in ("agent", "mother", "father"):
         name = getattr(event, field, None)
         if name is not None:
             changes[field] = agent_by_number(name, numbers)
-    if not isinstance(event, Mated):
-        own = getattr(event, "agent", None)
-        if own is not None:
-            changes["robot"] = numbers[own.partition("/")[0]]
     return msgspec.structs.replace(event, **changes)
 
 

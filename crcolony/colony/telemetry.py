@@ -42,6 +42,9 @@ ROBOT_SETTINGS, ARENA_SETTINGS = 8_192, 32_768
 """Characters of the settings that one tells of itself; an arena's obstacles may be many."""
 
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
+Metres = Annotated[float, Meta(ge=-1e6, le=1e6)]
+"""From the arena's middle; what is no number is not within"""
+Size = Annotated[float, Meta(gt=0.0, le=1e6)]
 Count = Annotated[int, Meta(ge=0, lt=2**53)]
 UnixMs = Annotated[int, Meta(ge=0, lt=2**53)]
 World = Annotated[int, Meta(ge=0, lt=2**62)]
@@ -175,9 +178,9 @@ class SeenRobot(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fie
 
     robot: Id
     colony: Name
-    x_m: float
-    y_m: float
-    heading_rad: float
+    x_m: Metres
+    y_m: Metres
+    heading_rad: Annotated[float, Meta(ge=-1e6, le=1e6)]
     beacon: bool
     red: Share
     green: Share
@@ -188,8 +191,8 @@ class SeenRobot(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fie
 class SeenPack(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
     """A battery pack."""
 
-    x_m: float
-    y_m: float
+    x_m: Metres
+    y_m: Metres
     red: Share
     green: Share
     blue: Share
@@ -204,9 +207,9 @@ class Scene(Message, frozen=True, tag="scene"):
     seq: Count
     tick: Tick
     unix_ms: UnixMs
-    period_s: float
-    width_m: float
-    height_m: float
+    period_s: Annotated[float, Meta(gt=0.0, le=1e4)]
+    width_m: Size
+    height_m: Size
     robots: Annotated[list[SeenRobot], Meta(max_length=4096)]
     packs: Annotated[list[SeenPack], Meta(max_length=4096)]
 

@@ -1,0 +1,74 @@
+"""The dashboard: six tabs, fed with what is heard, live or from a recording."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from crcolony.colony.watch import News, Watch
+from crcolony.dashboards.beat import Beat
+from crcolony.dashboards.spectator.spectator import Spectator
+from crcolony.dashboards.stage import Moment, Stage
+from crcolony.dashboards.tabs.arena import ArenaTab
+from crcolony.dashboards.tabs.evolution import EvolutionTab
+from crcolony.dashboards.tabs.life import LifeTab
+from crcolony.dashboards.tabs.lineage import LineageTab
+from crcolony.dashboards.tabs.log import LogTab
+from crcolony.dashboards.tabs.network import NetworkTab
+from crcolony.dashboards.tabs.tab import Tab
+
+if TYPE_CHECKING:
+    import rerun.blueprint as rrb
+
+
+class Dashboard:
+    """Draws what a `Watch` knows. `agent` is whose potentials are drawn, "" for whoever mated most."""
+
+    def __init__(self, watch: Watch, agent: str = "") -> None:
+        self.spectator = Spectator(watch)
+        self.tabs: Sequence[Tab] = (
+            ArenaTab(),
+            LifeTab(),
+            EvolutionTab(agent),
+            LineageTab(),
+            NetworkTab(),
+            LogTab(),
+        )
+        self._count = Beat(1.0)
+
+    def blueprint(self, timeline: str, is_live: bool) -> "rrb.Blueprint":
+        """Return the layout that viewers begin with."""
+        import rerun.blueprint as rrb
+
+        return rrb.Blueprint(
+            rrb.Tabs(*(tab.layout() for tab in self.tabs), active_tab=0),
+            rrb.TimePanel(
+                state="collapsed",
+                timeline=timeline,
+                play_state="following" if is_live else "paused",
+            ),
+            rrb.BlueprintPanel(state="collapsed"),
+            rrb.SelectionPanel(state="collapsed"),
+            auto_views=False,
+            auto_layout=False,
+        )
+
+    def begin(self, stage: Stage) -> None:
+        """Draw what never changes."""
+        for tab in self.tabs:
+            tab.begin(stage)
+
+    def take(self, news: Sequence[News], unix_s: float) -> None:
+        """Take what has happened, in order."""
+        for one in news:
+            self.spectator.take(one, unix_s)
+
+    def draw(self, stage: Stage, unix_s: float) -> None:
+        """Draw everything that is due now."""
+        spectator = self.spectator
+        spectator.watch.let_time_pass(unix_s)
+        spectator.look(unix_s)
+        if self._count.is_due(unix_s):
+            spectator.count(unix_s)
+        moment = Moment(unix_s, spectator.sim_s() or 0.0, spectator.generation())
+        stage.at(moment)
+        for tab in self.tabs:
+            tab.draw(stage, spectator, moment)

@@ -1,0 +1,146 @@
+"""What a dashboard costs, how large its recordings are, and how late its pictures.
+
+Run with `make bench`, or `python -m tests.benchmarks.bench_dashboard [minutes [robots]]`: with minutes, how its memory
+grows. A made-up colony (`crowd.py`) tells what a real one would at ten periods a second; nobody else listens.
+"""
+
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import numpy as np
+import psutil
+
+from crcolony.colony.network import free_port
+from tests.benchmarks import crowd
+from tests.benchmarks.processes import child, commands, here
+from tests.system.viewer import decode, headless_viewer
+
+CROWDS = (4, 100, 1_000)
+SETTLED_S, MEASURED_S = 8.0, 20.0
+JUMPS, CHANGED = 15, 500
+"""Pixels"""
+TARGET = 0.20
+MIB = 2**20
+
+
+@contextmanager
+def watched(
+    count: int, folder: Path, walks: bool = True
+) -> Iterator[tuple[Connection, psutil.Process, Path, str]]:
+    """A crowd and its dashboard: the crowd's ear, the dashboard's process and folder, and where viewers find it."""
+    with ExitStack() as stack:
+        endpoint, port, out = here(), free_port(), folder / f"watched-{count}-{walks}"
+        ear = stack.enter_context(child(crowd.live, count, endpoint, walks))
+        assert ear.recv() == "ready"
+        line = ["dashboard", "--connect", endpoint, "--port", str(port), "--out", str(out)]
+        (process,) = stack.enter_context(commands(folder / f"logs-{count}-{walks}", line))
+        wait_for_words(folder / f"logs-{count}-{walks}" / "0.log", "watching", process)
+        yield ear, psutil.Process(process.pid), out, f"rerun+http://127.0.0.1:{port}/proxy"
+
+
+def wait_for_words(log: Path, words: str, process: "subprocess.Popen[bytes]") -> None:
+    """Wait until a process has said something."""
+    until_s = time.monotonic() + 30.0
+    while words not in log.read_text():
+        assert process.poll() is None, log.read_text()
+        assert time.monotonic() < until_s, log.read_text()
+        time.sleep(0.05)
+
+
+def cpu_s(process: psutil.Process) -> float:
+    """Return the CPU time that a process has used."""
+    times = process.cpu_times()
+    return float(times.user + times.system)
+
+
+def size(path: Path) -> int:
+    """Return the size of a file, or of a database with all that belongs to it."""
+    return sum(part.stat().st_size for part in path.parent.glob(f"{path.name}*"))
+
+
+def measure(count: int, folder: Path) -> None:
+    """Print what a dashboard of so many robots costs."""
+    with watched(count, folder) as (_, process, out, _url):
+        time.sleep(SETTLED_S)
+        begun_s, used_s = time.monotonic(), cpu_s(process)
+        film, heard = size(out / "dashboard.rrd"), size(out / "telemetry.sqlite")
+        time.sleep(MEASURED_S)
+        passed_s = time.monotonic() - begun_s
+        share = (cpu_s(process) - used_s) / passed_s
+        film_s = (size(out / "dashboard.rrd") - film) / passed_s
+        heard_s = (size(out / "telemetry.sqlite") - heard) / passed_s
+        print(
+            f"{count:6,} robots   {share:6.1%} of a core   {process.memory_info().rss / MIB:5.0f} MiB"
+            f"   .rrd {film_s / 1e3:6.0f} kB/s = {60 * film_s / 1e6:5.1f} MB/min"
+            f"   telemetry {60 * heard_s / 1e6:5.1f} MB/min"
+            + (f"   (target {TARGET:.0%})" if count == CROWDS[-1] else ""),
+            flush=True,
+        )
+
+
+def measure_latency(folder: Path) -> None:
+    """Print how late a robot that jumps is seen to have jumped, in the viewer's pixels."""
+    with (
+        watched(4, folder, walks=False) as (ear, _, _, url),
+        headless_viewer(url, folder / "viewer.log") as viewer,
+    ):
+        view_id = viewer.view("Arena").view_id
+        time.sleep(6.0)
+        late_s, picture_s = [], []
+        for _ in range(JUMPS):
+            before = viewer.picture("Arena")
+            ear.send(crowd.JUMP)
+            jumped_s = float(ear.recv())
+            while True:
+                begun_s = time.monotonic()
+                now = decode(viewer.client.take_screenshot(view_id))
+                ended_s = time.monotonic()
+                picture_s.append(ended_s - begun_s)
+                if np.count_nonzero(np.any(now != before, axis=-1)) > CHANGED:
+                    break
+            late_s.append(ended_s - jumped_s)
+    print(
+        f"from a published scene to a picture that shows it, without a GPU:"
+        f" {1000 * statistics.median(late_s):.0f} ms (median of {JUMPS}),"
+        f" at most {1000 * max(late_s):.0f} ms, of which taking the picture"
+        f" {1000 * statistics.median(picture_s):.0f} ms",
+        flush=True,
+    )
+
+
+def measure_memory(count: int, minutes: float, folder: Path) -> None:
+    """Print how the memory of a dashboard grows."""
+    with watched(count, folder) as (_, process, _, _url):
+        begun_s = time.monotonic()
+        while (passed_s := time.monotonic() - begun_s) < 60.0 * minutes:
+            mib = process.memory_info().rss / MIB
+            print(f"{count:6,} robots   after {passed_s / 60:4.1f} min {mib:5.0f} MiB", flush=True)
+            time.sleep(min(120.0, max(0.1, 60.0 * minutes - passed_s)))
+        print(
+            f"{count:6,} robots   at the end {process.memory_info().rss / MIB:5.0f} MiB", flush=True
+        )
+
+
+def main() -> None:
+    """Print all figures."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        if len(sys.argv) > 1:
+            measure_memory(
+                int(sys.argv[2]) if len(sys.argv) > 2 else 100, float(sys.argv[1]), folder
+            )
+            return
+        for count in CROWDS:
+            measure(count, folder)
+        measure_latency(folder)
+
+
+if __name__ == "__main__":
+    main()

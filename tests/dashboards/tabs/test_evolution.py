@@ -1,0 +1,275 @@
+"""Each generation is drawn once, when it is over; and the potentials are those that the robot learns by."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from crcolony.colony.identity import RobotId
+from crcolony.dashboards.settings import Mind
+from crcolony.dashboards.stage import Moment
+from crcolony.dashboards.tabs import palette
+from crcolony.dashboards.tabs.evolution import EvolutionTab, potential
+from crcolony.learning.features import NormalizedRBF, grid_axis, grid_rbf_value
+from crcolony.robot.genes import META_PARAMETERS, agent_schema
+from crcolony.robot.settings import Heredity, Learning
+from crcolony.world.settings import CyberRodent
+from tests.dashboards.hearsay import IDS, SCHEMA, SETTINGS, T, agent, born, lived
+from tests.dashboards.recording import Drawing, RecordingStage, Show
+
+RNG = np.random.default_rng(1)
+GENES = [SCHEMA.random(RNG) for _ in range(200)]
+"""Of agents"""
+
+
+@pytest.fixture
+def show() -> Show:
+    """Two robots that have told how their genes are read."""
+    show = Show(EvolutionTab())
+    show.heard.join(0, 1, generation=0)
+    show.heard.about(0, 1)
+    return show
+
+
+def live(show: Show, number: int, agents: int = 3, robots: tuple[int, ...] = (0, 1)) -> None:
+    """Let robots live a whole generation, and begin the next; the more a robot's number the more its agents mate."""
+    for robot in robots:
+        names = [agent(robot, 100 * number + k) for k in range(agents)]
+        for k, name in enumerate(names):
+            show.heard.tell(robot, born(name, number, list(GENES[(robot + 2 * k) % len(GENES)])))
+        for k, name in enumerate(names):
+            show.heard.tell(robot, lived(name, number, matings=robot + k, captures=10 * k))
+        child = agent(robot, 100 * (number + 1))
+        show.heard.tell(robot, born(child, number + 1, list(GENES[7])))
+        show.heard.state(robot, generation=number + 1, agent=child)
+    show.heard.pass_s(0.5)
+
+
+def drawn(stage: RecordingStage, path: str) -> list[Drawing]:
+    return [drawing for drawing in stage.drawings if drawing.path == path]
+
+
+class TestMeasures:
+    """What the agents of a generation did, in the mean, with its spread."""
+
+    def test_a_generation_appears_once(self, show: Show) -> None:
+        """When it is over, with mean and variance of all its agents."""
+        assert "/evolution/matings/blue" not in show.draw(1.0).paths()
+        live(show, 0)
+        stage = show.draw(1.0)
+        assert stage.times("/evolution/matings/blue") == 1
+        assert stage.shown("/evolution/matings/blue", "values") == [1.5]
+        assert stage.shown("/evolution/matings/blue", "variances") == pytest.approx([11 / 12])
+        assert stage.shown("/evolution/captures/blue", "values") == [10.0]
+        assert stage.shown("/evolution/conceptions/blue", "values") == [0.0]
+        ends = stage.scalars("/evolution/matings/blue_ends")
+        assert ends == [pytest.approx([1.5 - (11 / 12) ** 0.5, 1.5 + (11 / 12) ** 0.5])]
+        for _ in range(30):
+            assert not any("matings" in path or "genes" in path for path in show.draw(1.0).paths())
+
+    def test_it_stands_where_it_ended(self, show: Show) -> None:
+        """On every timeline; whoever hears of it later draws it there all the same."""
+        show.heard.scene((0, 0.0, 0.0), tick=9_000)
+        for robot in (0, 1):
+            for number in (0, 1):
+                name = agent(robot, number)
+                life = lived(name, number, tick=5_000 + 100 * number)
+                show.heard.tell(robot, life, told_s=T - 300.0 + number)
+                show.heard.tell(robot, born(agent(robot, 9 + number), number + 1))
+            show.heard.state(robot, generation=2)
+        show.heard.pass_s(0.5)
+        moments = [drawing.moment for drawing in drawn(show.draw(1.0), "/evolution/matings/blue")]
+        assert moments == [Moment(T - 300.0, 1_000.0, 0), Moment(T - 299.0, 1_020.0, 1)]
+
+    @pytest.mark.parametrize(("tick", "sim_s"), [(2**60, 20.0), (50, 10.0), (-7, 0.0)])
+    def test_no_generation_ends_in_the_future(self, show: Show, tick: int, sim_s: float) -> None:
+        """Nor before the beginning, whatever a robot's clock says."""
+        show.heard.scene(tick=100)
+        show.heard.tell(0, lived(agent(0, 0), tick=tick), told_s=T + 1e9)
+        show.heard.state(0, 1, generation=1)
+        stage = show.draw(20.0)
+        (drawing,) = drawn(stage, "/evolution/matings/blue")
+        assert drawing.moment == Moment(show.heard.at_s, sim_s, 0)
+
+    def test_colonies_have_colours_of_their_own(self, show: Show) -> None:
+        """Which they keep when others come whose names are before theirs."""
+        live(show, 0)
+        blue = show.draw(1.0).colours("/evolution/matings/blue")
+        show.heard.join(2, colony="ash", generation=1)
+        show.heard.tell(2, lived(agent(2, 0)), colony="ash")
+        live(show, 1)
+        show.draw(1.0)
+        stage = show.draw(12.0)
+        assert stage.colours("/evolution/matings/ash") == [palette.series_colour(1)]
+        assert stage.colours("/evolution/matings/blue") == blue == [palette.series_colour(0)]
+
+
+class TestGenes:
+    """How meta-parameters are distributed."""
+
+    def test_clouds_and_medians_are_of_the_genes(self, show: Show) -> None:
+        """Every agent a point, of a few; lines are named once."""
+        live(show, 0)
+        stage = show.draw(1.0)
+        for module in ("foraging", "mating"):
+            for meta in META_PARAMETERS:
+                place = SCHEMA.index(f"{module}.{meta}")
+                path = f"/evolution/genes/{module}/{meta}/blue"
+                values = [GENES[(robot + 2 * k) % 200][place] for robot in (0, 1) for k in range(3)]
+                (points,) = stage.scalars(path)
+                assert len(points) == 60
+                assert sorted(point for point in points if not math.isnan(point)) == sorted(values)
+                assert stage.scalars(f"{path}_median") == [[pytest.approx(np.median(values))]]
+        assert sum(drawing.moment is None for drawing in stage.drawings) > 0
+        live(show, 1)
+        assert all(drawing.moment is not None for drawing in show.draw(1.0).drawings)
+
+    def test_of_many_agents_some_are_points(self, show: Show) -> None:
+        """As many as there is room for, evenly."""
+        live(show, 0, agents=90)
+        path = "/evolution/genes/mating/alpha/blue"
+        (points,) = show.draw(1.0).scalars(path)
+        assert sum(not math.isnan(point) for point in points) == 60
+
+    def test_the_selector_is_drawn_in_the_mean(self, show: Show) -> None:
+        """Of all agents."""
+        live(show, 0)
+        mean = np.mean([GENES[robot + 2 * k][:4] for robot in (0, 1) for k in range(3)], axis=0)
+        assert show.draw(1.0).scalars("/evolution/selector/blue") == [pytest.approx(mean)]
+
+    def test_nobody_guesses_what_genes_mean(self) -> None:
+        """As long as no robot has said how they are read, or it has others, measures stand alone."""
+        other = json.loads(SETTINGS)
+        other["learning"]["potential_distances"] = 3
+        for told in (None, json.dumps(other)):
+            show = Show(EvolutionTab())
+            show.heard.join(0, generation=0)
+            if told is not None:
+                show.heard.about(0, settings=told)
+            live(show, 0, robots=(0,))
+            stage = show.draw(1.0)
+            assert stage.entities("/evolution/matings/") == ["blue", "blue_ends"]
+            assert stage.entities("/evolution/genes/") == []
+            assert stage.entities("/evolution/potential/") == []
+
+
+def mind(distances: int, bearings: int, range_m: float, half_angle_rad: float) -> Mind:
+    body = CyberRodent(camera_range_m=range_m, camera_half_angle_rad=half_angle_rad)
+    learning = Learning(potential_distances=distances, potential_bearings=bearings)
+    return Mind(body, learning, Heredity())
+
+
+@given(
+    st.integers(1, 6), st.integers(1, 6), st.floats(0.1, 10.0), st.floats(0.1, 3.0),
+    st.integers(0, 2**32),
+)  # fmt: skip
+def test_a_potential_is_that_by_which_the_robot_is_rewarded(
+    distances: int, bearings: int, range_m: float, half_angle_rad: float, seed: int
+) -> None:
+    """As the compiled step computes it, and the network by definition, of distance and of the size of the bearing."""
+    weights = np.random.default_rng(seed).normal(size=(distances, bearings))
+    picture = potential(mind(distances, bearings, range_m, half_angle_rad), weights)
+    assert picture.shape == (61, 61)
+    assert picture == pytest.approx(picture[:, ::-1])
+    axes = (grid_axis(0.0, range_m, distances), grid_axis(0.0, half_angle_rad, bearings))
+    (centres_m, width_m), (centres_rad, width_rad) = axes
+    scratch = np.empty(distances), np.empty(bearings)
+    network = NormalizedRBF.grid(
+        np.zeros(2), np.array([range_m, half_angle_rad]), np.array([distances, bearings])
+    )
+    for row, column in ((0, 0), (0, 30), (60, 60), (17, 41), (44, 5)):
+        distance_m, bearing_rad = range_m * row / 60, abs(half_angle_rad * (column - 30) / 30)
+        value = grid_rbf_value(
+            distance_m, bearing_rad, centres_m, width_m, centres_rad, width_rad,
+            weights.ravel(), *scratch,
+        )  # fmt: skip
+        assert picture[row, column] == pytest.approx(value, abs=1e-9)
+        _, features = network(np.array([distance_m, bearing_rad]))
+        assert picture[row, column] == pytest.approx(features @ weights.ravel(), abs=1e-9)
+
+
+class TestAgent:
+    """One agent: the best of the last generation, or who was asked for."""
+
+    def test_the_best_is_drawn_when_it_is_another(self, show: Show) -> None:
+        """Its potentials, far above near, and in words; not again as long as it is the same."""
+        live(show, 0)
+        stage = show.draw(1.0)
+        best = GENES[(1 + 2 * 2) % 200]
+        weights = best[4 + 5 : 4 + 5 + 16].reshape(4, 4)
+        picture = stage.picture("/evolution/potential/foraging")
+        expected = palette.heat(
+            potential(mind(4, 4, 1.5, CyberRodent().camera_half_angle_rad), weights)
+        )
+        assert np.array_equal(picture, expected[::-1])
+        axes = "/evolution/potential/foraging/axes"
+        labels, marks = stage.shown(axes, "labels"), stage.shown(axes, "positions")
+        assert labels == ["75° left", "ahead, 0 m", "75° right", "1.5 m"]
+        assert [x for x, _ in marks] == [0.0, 30.0, 60.0, 30.0]
+        assert [y > 60.0 for _, y in marks] == [True, True, True, False]
+        assert marks[3][1] < 0.0
+        assert stage.text("/evolution/agent").startswith("**Agent 2 of #1**")
+        assert "/evolution/agent" not in show.draw(1.0).paths()
+        live(show, 1)
+        assert show.draw(1.0).text("/evolution/agent").startswith("**Agent 102 of #1**")
+
+    def test_before_any_generation_is_over_somebody_stands_for_all(self, show: Show) -> None:
+        """One whose birth was heard of, and nobody else until there is a best one."""
+        assert "/evolution/agent" not in show.draw(1.0).paths()
+        for robot in (0, 1):
+            show.heard.tell(robot, born(agent(robot, 5), 0, list(GENES[robot])))
+            show.heard.state(robot, generation=0, agent=agent(robot, 5))
+        assert show.draw(1.0).text("/evolution/agent").startswith("**Agent 5 of #0**")
+        show.heard.state(0, generation=0, agent=agent(0, 6))
+        show.heard.tell(0, born(agent(0, 6), 0, list(GENES[8])))
+        assert show.draw(1.0).paths() == []
+
+    def test_who_was_asked_for_is_drawn(self) -> None:
+        """As soon as it is known, whoever is better."""
+        show = Show(EvolutionTab(agent(0, 1)))
+        show.heard.join(0, 1, generation=0)
+        show.heard.about(0, 1)
+        live(show, 0)
+        assert show.draw(1.0).text("/evolution/agent").startswith("**Agent 1 of #0**")
+        live(show, 1)
+        assert "/evolution/agent" not in show.draw(1.0).paths()
+
+    def test_it_is_said_what_an_agent_has_inherited(self, show: Show) -> None:
+        """Meta-parameters of both modules, how high its potentials are, and its selector."""
+        live(show, 0)
+        text = show.draw(1.0).text("/evolution/agent")
+        best = dict(zip((gene.name for gene in SCHEMA.genes), GENES[5], strict=True))
+        assert f"| α | {best['foraging.alpha']:.3f} | {best['mating.alpha']:.3f} |" in text
+        assert f"- {best['selector.mating.bias']:+.2f} bias" in text
+        assert (
+            f"- {best['selector.mating.mating_target_visible']:+.2f} mating target visible" in text
+        )
+        assert "| lowest Φ |" in text
+
+    @pytest.mark.parametrize("sense", ["camera_half_angle_rad", "camera_range_m"])
+    def test_who_sees_nothing_has_no_potentials(self, sense: str) -> None:
+        """And throws nobody."""
+        blind = json.loads(SETTINGS)
+        blind["body"][sense] = 0.0 if sense == "camera_half_angle_rad" else 1e-320
+        show = Show(EvolutionTab())
+        show.heard.join(0, generation=0)
+        show.heard.about(0, settings=json.dumps(blind))
+        live(show, 0, robots=(0,))
+        assert show.draw(1.0).entities("/evolution/potential/") == []
+
+    def test_genes_as_large_as_they_get_are_drawn(self, show: Show) -> None:
+        """Somebody may have made them up."""
+        show.heard.tell(0, born(agent(0, 5), 0, [1e9, -1e9] * (len(SCHEMA) // 2)))
+        show.heard.state(0, generation=0, agent=agent(0, 5))
+        assert len(SCHEMA) % 2 == 0
+        assert show.draw(1.0).picture("/evolution/potential/mating").shape == (61, 61, 3)
+
+
+def test_the_schema_here_is_that_of_the_settings() -> None:
+    """Else these tests would test nothing."""
+    assert len(SCHEMA) == len(agent_schema(Learning(), Heredity())) == len(GENES[0])
+    robots: list[RobotId] = IDS[:2]
+    assert len(set(robots)) == 2

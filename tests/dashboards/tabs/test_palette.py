@@ -1,0 +1,76 @@
+"""Colours say the same everywhere, and are told apart."""
+
+import itertools
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from crcolony.dashboards.tabs import palette
+
+
+def distance(one: palette.Colour, other: palette.Colour) -> float:
+    return float(np.linalg.norm(np.subtract(one, other)))
+
+
+def test_energy_is_red_when_hungry_and_green_when_full() -> None:
+    """Yellow in between; what is out of range counts as its end."""
+    colours = palette.energy_colours([0.0, 0.5, 1.0, -3.0, 7.0])
+    ends = [palette.BAD, palette.MIDDLING, palette.GOOD, palette.BAD, palette.GOOD]
+    assert [tuple(colour) for colour in colours] == ends
+    assert colours.dtype == np.uint8
+
+
+@given(st.lists(st.floats(0.0, 1.0), max_size=20))
+def test_every_energy_has_a_colour_between_those_of_its_neighbours(energies: list[float]) -> None:
+    """Each part of it grows or falls steadily within a half."""
+    colours = palette.energy_colours(energies)
+    assert colours.shape == (len(energies), 3)
+    for energy, colour in zip(energies, colours, strict=True):
+        low, high = (palette.BAD, palette.MIDDLING)
+        if energy > 0.5:
+            low, high = (palette.MIDDLING, palette.GOOD)
+        share = 2.0 * energy - (energy > 0.5)
+        exact = np.array(low) + share * np.subtract(high, low)
+        assert np.all(np.abs(colour - exact) <= 1.0)
+
+
+def test_modules_have_colours_of_their_own() -> None:
+    """A robot without one is grey."""
+    assert palette.module_colour(0) != palette.module_colour(1)
+    assert palette.module_colour(-1) == palette.STALE
+    assert palette.module_colour(57) in palette.MODULES
+
+
+def test_there_is_no_end_of_founders_colours() -> None:
+    """Neighbours differ much, a hundred differ at all, and each keeps its own."""
+    colours = [palette.founder_colour(number) for number in range(100)]
+    assert len(set(colours)) == 100
+    assert all(distance(one, other) > 60.0 for one, other in itertools.pairwise(colours))
+    assert [palette.founder_colour(number) for number in range(100)] == colours
+    assert all(0 <= part <= 255 for part in palette.founder_colour(10**9))
+
+
+def test_lines_of_one_plot_are_told_apart() -> None:
+    """As many as there are colours; then they begin again."""
+    colours = [palette.series_colour(number) for number in range(8)]
+    assert len(set(colours)) == 8
+    assert palette.series_colour(8) == colours[0]
+
+
+def test_nobody_has_no_colours() -> None:
+    """In the shape that Rerun takes."""
+    assert palette.colours([]).shape == palette.energy_colours([]).shape == (0, 3)
+    assert palette.colours(iter([(1, 2, 3)])).tolist() == [[1, 2, 3]]
+
+
+@given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=20))
+def test_heat_goes_from_dark_to_bright(values: list[float]) -> None:
+    """Higher values are never darker, but for what is rounded; where all are equal no colour is an end."""
+    shades = palette.heat(np.array(values)).astype(int).sum(axis=-1)
+    ordered = shades[np.argsort(values)]
+    assert all(later >= earlier - 3 for earlier, later in itertools.pairwise(ordered))
+    if max(values) - min(values) > 1e-3:
+        assert (ordered[0], ordered[-1]) == (68 + 1 + 84, 253 + 231 + 37)
+    elif max(values) == min(values):
+        assert set(shades) == {33 + 145 + 140}

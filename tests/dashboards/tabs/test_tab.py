@@ -1,0 +1,26 @@
+"""Names become paths, and no two the same one."""
+
+import string
+
+import rerun as rr
+from hypothesis import given
+from hypothesis import strategies as st
+
+from crcolony.dashboards.tabs.tab import safe
+
+NAMES = st.text(string.ascii_letters + string.digits + "_.-", min_size=1, max_size=8)
+"""Of colonies"""
+
+
+def test_a_robots_name_can_be_read_in_its_path() -> None:
+    """With its colony or without."""
+    assert safe("#7") == "robot_7"
+    assert safe("blue #7") == "blue_robot_7"
+    assert safe("0123abcd/17") == "0123abcd_17"
+
+
+@given(NAMES, NAMES)
+def test_colonies_have_paths_of_their_own(one: str, other: str) -> None:
+    """That Rerun takes as they are."""
+    assert (safe(one) == safe(other)) == (one == other)
+    assert rr.new_entity_path([safe(one)]) == f"/{safe(one)}"

@@ -1,0 +1,241 @@
+"""All tabs together: what is heard is drawn somewhere, no view stays empty, and no nonsense stops it."""
+
+from collections.abc import Iterator
+from typing import Any, cast
+
+import pytest
+import rerun.blueprint as rrb
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from crcolony.colony.census import FORGET_S
+from crcolony.colony.news import Appeared, Vanished
+from crcolony.colony.telemetry import Event, Fault
+from crcolony.colony.watch import Watch
+from crcolony.dashboards.dashboard import Dashboard
+from crcolony.dashboards.stage import Moment
+from tests.dashboards.hearsay import IDS, SCHEMA, Hearsay, T, agent, born, lived, mated, met
+from tests.dashboards.recording import Drawing, RecordingStage
+
+TABS = ["Arena", "Life", "Evolution", "Lineage", "Network", "Log"]
+
+
+class Performance:
+    """A dashboard that hears of colonies and draws on a recording stage."""
+
+    def __init__(self) -> None:
+        self.dashboard, self.stage = Dashboard(Watch()), RecordingStage()
+        self.heard = Hearsay(self.dashboard.spectator)
+        self.dashboard.begin(self.stage)
+
+    def draw(self, after_s: float = 0.1) -> RecordingStage:
+        self.heard.at_s += after_s
+        self.stage.forget()
+        self.dashboard.draw(self.stage, self.heard.at_s)
+        return self.stage
+
+
+@pytest.fixture
+def show() -> Performance:
+    return Performance()
+
+
+def live(heard: Hearsay) -> None:
+    """Let two robots do everything that robots do, for a generation."""
+    heard.about_arena()
+    heard.scene((0, -0.5, 0.0), (1, 0.5, 0.0), packs=[(0.0, 0.5, 0.4)], tick=5_000)
+    heard.join(0, 1, arena="lab", generation=1, matings=0, tick=5_000)
+    for robot in (0, 1):
+        heard.about(robot, 1 - robot)
+        genes = [0.1] * len(SCHEMA)
+        heard.tell(robot, born(agent(robot, 0), 0, genes), met(1 - robot), mated(0, 1))
+        heard.tell(robot, lived(agent(robot, 0)), born(agent(robot, 1), 1, genes))
+        heard.tell(robot, Fault(1, "x"))
+
+
+def views(container: Any) -> Iterator[Any]:
+    for inner in container.contents:
+        if isinstance(inner, rrb.Container):
+            yield from views(inner)
+        else:
+            yield inner
+
+
+def test_there_are_six_tabs() -> None:
+    """In the order in which a person looks at them; the first is open."""
+    dashboard = Dashboard(Watch())
+    assert [tab.layout().name for tab in dashboard.tabs] == TABS
+    for timeline, is_live in (("wall", True), ("sim", False)):
+        blueprint = dashboard.blueprint(timeline, is_live)
+        assert [tab.name for tab in blueprint.root_container.contents] == TABS
+
+
+def test_every_view_shows_something_and_everything_has_a_view(show: Performance) -> None:
+    """Once a colony has lived for a generation."""
+    live(show.heard)
+    paths = set(show.stage.paths())
+    for k in range(30):
+        show.heard.scene((0, -0.5, 0.0), (1, 0.5, 0.0), tick=5_000 + k)
+        show.heard.state(0, 1, arena="lab", generation=1, matings=2, tick=5_000)
+        paths |= set(show.draw().paths())
+    origins = [view.origin for view in views(show.dashboard.blueprint("wall", True).root_container)]
+    assert len(origins) > 20
+
+    def shows(origin: str, path: str) -> bool:
+        return f"{path}/".startswith(f"{origin}/")
+
+    assert [o for o in origins if not any(shows(o, path) for path in paths)] == []
+    assert [path for path in paths if not any(shows(o, path) for o in origins)] == []
+
+
+def test_how_lines_look_is_said_once(show: Performance) -> None:
+    """And for all times: a viewer that comes late knows it, and a film does not repeat it."""
+    live(show.heard)
+    styled = [drawing for drawing in show.stage.drawings if is_style(drawing)]
+    for k in range(40):
+        show.heard.state(0, 1, arena="lab", generation=1 + k // 20, matings=k, tick=5_000 + 5 * k)
+        show.heard.scene((0, -0.5, 0.0), (1, 0.5, 0.0), tick=5_000 + 5 * k)
+        if k == 20:
+            for robot in (0, 1):
+                show.heard.tell(robot, lived(agent(robot, 1), 1), born(agent(robot, 2), 2))
+        styled += [drawing for drawing in show.draw().drawings if is_style(drawing)]
+    paths = [drawing.path for drawing in styled]
+    assert len(paths) == len(set(paths)) > 40
+    assert {drawing.moment for drawing in styled} == {None}
+    assert show.stage.times("/evolution/matings/blue") == 0
+    assert show.stage.shown("/evolution/matings/blue", "values") == [0.0]
+
+
+def is_style(drawing: Drawing) -> bool:
+    return not {"scalars", "state", "variances"} & set(drawing.parts) and bool(
+        {"names", "widths", "markers", "values"} & set(drawing.parts)
+    )
+
+
+def test_it_draws_at_the_moment_that_it_is(show: Performance) -> None:
+    """On all three timelines: the wall's time, the colony's (0 before it is known), and the generation of the last."""
+    show.heard.come(0)
+    stage = show.draw(1.0)
+    assert {drawing.moment for drawing in stage.drawings} == {Moment(T + 1.0, 0.0, 0)}
+    show.heard.scene((0, 0.0, 0.0), tick=50)
+    show.heard.state(0, generation=3)
+    stage = show.draw(1.0)
+    moments = {drawing.moment for drawing in stage.drawings if drawing.moment is not None}
+    assert moments == {Moment(T + 2.0, 10.0, 3)}
+
+
+def test_news_are_taken_in_order(show: Performance) -> None:
+    """As they are passed on."""
+    show.dashboard.take([Appeared(IDS[0]), Vanished(IDS[0]), Appeared(IDS[0])], T)
+    show.draw(1.0)
+    said = [drawing.parts["text"].to_pylist()[0] for drawing in show.stage.drawings
+            if drawing.path == "/log/presence"]  # fmt: skip
+    assert [text.rpartition(" ")[2] for text in said] == ["here", "gone", "here"]
+
+
+def test_rates_are_counted_whatever_tab_is_looked_at(show: Performance) -> None:
+    """Once a second, from the first on."""
+    show.heard.join(0, matings=0)
+    for second in range(8):
+        show.heard.state(0, matings=second)
+        show.draw(1.0)
+    samples = show.dashboard.spectator.colonies["blue"].samples
+    assert len(samples) == pytest.approx(8, abs=1)
+    assert show.stage.scalars("/life/rates/matings_blue") == [[pytest.approx(60.0)]]
+
+
+def test_who_is_gone_for_long_is_forgotten(show: Performance) -> None:
+    """In the end nobody is there."""
+    live(show.heard)
+    show.heard.go(0, 1)
+    show.draw(1.0)
+    assert len(show.heard.watch.robots) == 2
+    stage = show.draw(FORGET_S + 2.0)
+    assert show.heard.watch.robots == {}
+    assert stage.text("/network/robots") == "Nobody is on the network yet."
+
+
+def test_a_colony_that_has_fallen_silent_is_not_drawn_again_and_again(show: Performance) -> None:
+    """What is written of it is words and a few numbers a second, not pictures."""
+    live(show.heard)
+    for _ in range(40):
+        show.draw(1.0)
+    paths = [path for _ in range(60) for path in show.draw(0.1).paths()]
+    assert not [path for path in paths if path.startswith(("/arena/world", "/evolution"))]
+    assert paths.count("/network/sees") == paths.count("/lineage/family") == 0
+    assert len(paths) < 6 * 30
+
+
+NUMBERS = st.sampled_from(
+    [0.0, -1.0, 1.0, 1e-320, 1e9, -1e300, float("inf"), -float("inf"), float("nan")]
+)
+WHOLE = st.sampled_from([0, 1, 2, -1, 2**31, 2**53 - 1, -(2**63), 2**64 - 1])
+COUNTS = st.sampled_from([0, 1, 2**31 - 1])
+NAMES = st.sampled_from([agent(0, 0), agent(1, 1), "", "x", "/", "x" * 5_000, "\0\n|#"])
+PARENTS = st.fixed_dictionaries({}, optional={"mother": NAMES, "father": NAMES})
+BIRTHS = st.builds(
+    lambda name, generation, genes, parents: born(name, generation, genes, **parents),
+    NAMES, WHOLE, st.lists(NUMBERS, max_size=3), PARENTS,
+)  # fmt: skip
+LIVES = st.builds(
+    lambda name, number, tick, energy, count: lived(
+        name, number, tick=tick, energy=energy, captures=count, matings=count
+    ),
+    NAMES, WHOLE, WHOLE, NUMBERS, WHOLE,
+)  # fmt: skip
+WORDS = st.text(max_size=5)
+EVENTS = st.one_of(
+    BIRTHS, LIVES, st.builds(Fault, COUNTS, WORDS), st.builds(mated, COUNTS.map(lambda k: k % 2),
+    st.just(2), COUNTS), st.builds(met, st.just(0)),
+)  # fmt: skip
+SIZES = st.fixed_dictionaries({}, optional={
+    "width_m": NUMBERS, "height_m": NUMBERS, "period_s": NUMBERS,
+    "tick": st.sampled_from([0, 2**53 - 1]),
+})  # fmt: skip
+BODIES = st.tuples(st.sampled_from([0, 1, 7]), NUMBERS, NUMBERS, NUMBERS)
+STATES = st.fixed_dictionaries({}, optional={
+    "tick": st.sampled_from([0, 2**53 - 1]), "generation": st.sampled_from([0, 2**53 - 1]),
+    "module": st.sampled_from([-1, 1, 99]), "agent": st.sampled_from(["", agent(0, 0), "x"]),
+    "arena": st.sampled_from(["", "lab"]), "number": COUNTS, "seq": COUNTS,
+})  # fmt: skip
+SETTINGS = st.sampled_from([
+    "{}", '{"body":{"camera_range_m":1e-320},"learning":{},"heredity":{}}',
+    '{"body":{"camera_half_angle_rad":0},"learning":{"shaping":false},"heredity":{}}',
+    '{"body":{},"learning":{"potential_distances":1},"heredity":{"highest_alpha":0}}',
+])  # fmt: skip
+
+
+@settings(max_examples=50)
+@given(st.data())
+def test_no_nonsense_stops_it(data: st.DataObject) -> None:
+    """Whatever anybody publishes: it is drawn, or it is not, and what comes afterwards is."""
+    show = Performance()
+    heard = show.heard
+    heard.join(0, 1)
+    for _ in range(data.draw(st.integers(1, 8))):
+        robot = data.draw(st.integers(0, 2))
+        match data.draw(st.sampled_from(["event", "scene", "state", "about", "go", "come"])):
+            case "event":
+                event: Event = data.draw(EVENTS)
+                told_s = data.draw(st.sampled_from([None, 0.0, 9e12]))
+                heard.tell(robot, event, told_s=told_s)
+            case "scene":
+                packs = data.draw(st.lists(st.tuples(NUMBERS, NUMBERS, st.just(0.4)), max_size=2))
+                bodies = data.draw(st.lists(BODIES, max_size=2))
+                heard.scene(*bodies, packs=packs, **cast(Any, data.draw(SIZES)))
+            case "state":
+                heard.state(robot, **cast(Any, data.draw(STATES)))
+            case "about":
+                heard.about(robot, settings=data.draw(SETTINGS))
+            case "go":
+                heard.go(robot)
+            case _:
+                heard.come(robot)
+        show.draw(data.draw(st.sampled_from([0.1, 1.0, 11.0, -5.0])))
+    heard.at_s = max(heard.at_s, T) + 20.0
+    heard.go(0, 1, 2)
+    live(heard)
+    show.draw(1.0)
+    stage = show.draw(1.0)
+    assert stage.shown("/arena/world/robots", "positions") == [[-0.5, 0.0], [0.5, 0.0]]
+    assert "2 robots alive" in stage.text("/arena/now")

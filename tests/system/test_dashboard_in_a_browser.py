@@ -1,0 +1,41 @@
+"""`crcolony launch --dashboard`: the colony in a browser, from one command."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from crcolony.dashboards.tabs import palette
+from tests.system.browser import CHROMIUM, browser_at, picture_of
+from tests.system.colony import colony, settings, wait_until
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here")
+def test_launch_shows_its_colony_in_a_browser(tmp_path: Path) -> None:
+    """The address that launch prints shows walls, battery packs and robots' faces; all is recorded in its folder."""
+    with colony(tmp_path) as made:
+        launched = made.start(
+            "launch", "launch", "-n", "4", "--hz", "10", *settings("arena.area_per_robot_m2=0.6"),
+            "--listen", made.endpoint, "--dashboard", "--out", str(tmp_path / "run"),
+        )  # fmt: skip
+        launched.wait_for("dashboard: http://")
+        _, _, after = launched.said.partition("dashboard: ")
+        with browser_at(after.split()[0]) as page:
+
+            def shows_all() -> bool:
+                picture = picture_of(page)
+                faces = any(_shows(picture, colour) for colour in palette.MODULES)
+                return faces and _shows(picture, palette.DIM) and _shows(picture, palette.PACK)
+
+            wait_until(shows_all, "the browser shows the arena", 120.0)
+        launched.stop()
+        for file in ("dashboard.rrd", "telemetry.sqlite"):
+            assert (tmp_path / "run" / file).stat().st_size > 10_000
+        log = (tmp_path / "run" / "logs" / "dashboard.log").read_text()
+        assert "Traceback" not in log
+
+
+def _shows(picture: NDArray[np.uint8], colour: palette.Colour) -> bool:
+    is_near = np.abs(picture.astype(int) - colour).sum(axis=-1) < 40
+    return int(np.count_nonzero(is_near)) > 60

@@ -1,0 +1,120 @@
+"""Watching changes nothing (promise 8): with no, one, a stalled or a killed viewer the colony behaves the same."""
+
+import json
+import signal
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import zenoh
+from zenoh.handlers import Callback
+
+from crcolony.colony.keys import ROOT
+from crcolony.colony.network import Network, free_port, open_session
+from tests.system.colony import Colony, Process, colony, settings, wait_until
+from tests.system.viewer import headless_viewer
+
+HZ = 30.0
+SECONDS = 6.0
+
+
+def dashboard_of(made: Colony, endpoint: str) -> tuple[Process, str]:
+    """Start a dashboard; return it and where viewers find it."""
+    port = free_port()
+    process = made.start(
+        f"dashboard-{port}", "dashboard", "--port", str(port), "--connect", endpoint,
+        "--out", str(made.folder / f"watched-{port}"),
+    )  # fmt: skip
+    process.wait_for("dashboard at ")
+    return process, f"rerun+http://127.0.0.1:{port}/proxy"
+
+
+def test_a_lockstep_colony_has_the_same_history_whoever_watches(tmp_path: Path) -> None:
+    """Unwatched, and watched with a viewer stalled, the dashboard stalled, and both killed, the hash is the same."""
+    words = [*settings("generations=6"), "--seed", "3"]
+    hashes = []
+    with colony(tmp_path) as made:
+        evolved = made.start(
+            "evolve", "evolve", "--robots", "4", *words, "--out", str(tmp_path / "evolved")
+        )
+        assert evolved.wait(120.0) == 0, evolved.said
+        dashboard, url = dashboard_of(made, made.endpoint)
+        with headless_viewer(url, tmp_path / "viewer.log", is_shown=False) as viewer:
+            launched = made.start(
+                "launch", "launch", "-n", "4", "--lockstep", *words, "--listen", made.endpoint,
+                "--out", str(tmp_path / "launched"),
+            )  # fmt: skip
+            wait_until(lambda: viewer.until_s("sim") > 0.0, "the viewer shows it")
+            viewer.process.signal(signal.SIGSTOP)
+            wait_until(_has_come(tmp_path, 2), "two generations with a stalled viewer")
+            dashboard.signal(signal.SIGSTOP)
+            wait_until(_has_come(tmp_path, 4), "two more with a stalled dashboard")
+            viewer.process.kill()
+            dashboard.kill()
+            assert launched.wait(120.0) == 0, launched.said
+    for run in ("evolved", "launched"):
+        told = json.loads((tmp_path / run / "run.json").read_text())
+        hashes.append(told["history_hash"])
+    assert hashes[0] == hashes[1]
+
+
+def _has_come(folder: Path, generation: int) -> Callable[[], bool]:
+    """Return what tells whether a lockstep colony has begun a generation, as robots' logs say."""
+    logs = folder / "launched" / "logs"
+
+    def has_come() -> bool:
+        texts = [log.read_text() for log in logs.glob("robot-*.log")]
+        return bool(texts) and all(f"generation {generation}" in text for text in texts)
+
+    return has_come
+
+
+@pytest.fixture
+def periods() -> Callable[[zenoh.Session, float], np.ndarray]:
+    """Return what measures the control periods (s) of all bodies for a while, by their actions."""
+
+    def measure(session: zenoh.Session, seconds: float) -> np.ndarray:
+        at: dict[str, list[float]] = {}
+
+        def on_action(sample: zenoh.Sample) -> None:
+            at.setdefault(str(sample.key_expr), []).append(time.monotonic())
+
+        subscriber = session.declare_subscriber(
+            f"{ROOT}/arena/*/body/*/action", Callback(on_action, indirect=False)
+        )
+        time.sleep(seconds)  # what is measured is time
+        subscriber.undeclare()  # type: ignore[no-untyped-call]
+        return np.concatenate([np.diff(times) for times in at.values() if len(times) > 2])
+
+    return measure
+
+
+def test_robots_keep_their_control_period_whoever_watches(
+    tmp_path: Path, periods: Callable[[zenoh.Session, float], np.ndarray]
+) -> None:
+    """At 30 Hz the median period is the same, and hardly one is missed, with nobody, a stalled and a killed viewer."""
+    with colony(tmp_path) as made:
+        made.arena(4, "--hz", str(HZ))
+        robots = [made.robot() for _ in range(4)]
+        with open_session(Network(connect=(made.endpoint,))) as session:
+            for robot in robots:
+                robot.wait_for("has body")
+            unwatched = periods(session, SECONDS)
+            dashboard, url = dashboard_of(made, made.endpoint)
+            with headless_viewer(url, tmp_path / "viewer.log") as viewer:
+                wait_until(lambda: viewer.until_s("sim") > 0.0, "the viewer shows it")
+                viewer.process.signal(signal.SIGSTOP)
+                stalled_viewer = periods(session, SECONDS)
+                dashboard.signal(signal.SIGSTOP)
+                stalled_dashboard = periods(session, SECONDS)
+                viewer.process.kill()
+                dashboard.kill()
+            killed = periods(session, SECONDS)
+    for watched in (stalled_viewer, stalled_dashboard, killed):
+        assert abs(float(np.median(watched)) - float(np.median(unwatched))) < 0.05 / HZ
+        least = 0.97 * SECONDS * HZ * 4
+        assert len(watched) > least, "no control periods were left out"
+        print(f"p99 {np.quantile(watched, 0.99):.4f} s", file=sys.stderr)

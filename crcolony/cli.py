@@ -71,7 +71,7 @@ def _parser() -> argparse.ArgumentParser:
         ("inspect", add_inspect, "look into a robot's memory"),
         ("keygen", add_keygen, "make a robot's key"),
         ("check", add_check, "validate a config file"),
-        ("plot", add_plot, "draw the plots of a results folder again"),
+        ("plot", add_plot, "figures of a run, or of many with bands over seeds"),
     ):
         add(commands.add_parser(name, help=what))
     return parser

@@ -11,6 +11,8 @@ import numpy as np
 import pyarrow.parquet as pq
 
 LENGTH_S, GAP_S, MOST_ROBOTS = 120.0, 5.0, 6
+if len(sys.argv) != 3:
+    sys.exit("usage: python examples/foraging_and_mating.py FOLDER PICTURE")
 folder, picture = sys.argv[1:]
 
 

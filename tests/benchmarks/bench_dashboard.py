@@ -4,6 +4,8 @@ Run with `make bench`, or `python -m tests.benchmarks.bench_dashboard [minutes [
 grows. A made-up colony (`crowd.py`) tells what a real one would at ten periods a second; nobody else listens.
 """
 
+import contextlib
+import sqlite3
 import statistics
 import subprocess
 import sys
@@ -60,9 +62,13 @@ def cpu_s(process: psutil.Process) -> float:
     return float(times.user + times.system)
 
 
-def size(path: Path) -> int:
-    """Return the size of a file, or of a database with all that belongs to it."""
-    return sum(part.stat().st_size for part in path.parent.glob(f"{path.name}*"))
+def recorded(path: Path) -> int:
+    """Return the size of a database, with what is not in its file yet."""
+    with contextlib.closing(sqlite3.connect(path)) as database:
+        (pages,), (page,) = (
+            database.execute(f"PRAGMA {what}").fetchone() for what in ("page_count", "page_size")
+        )
+    return int(pages * page)
 
 
 def measure(count: int, folder: Path) -> None:
@@ -70,12 +76,12 @@ def measure(count: int, folder: Path) -> None:
     with watched(count, folder) as (_, process, out, _url):
         time.sleep(SETTLED_S)
         begun_s, used_s = time.monotonic(), cpu_s(process)
-        film, heard = size(out / "dashboard.rrd"), size(out / "telemetry.sqlite")
+        film, heard = (out / "dashboard.rrd").stat().st_size, recorded(out / "telemetry.sqlite")
         time.sleep(MEASURED_S)
         passed_s = time.monotonic() - begun_s
         share = (cpu_s(process) - used_s) / passed_s
-        film_s = (size(out / "dashboard.rrd") - film) / passed_s
-        heard_s = (size(out / "telemetry.sqlite") - heard) / passed_s
+        film_s = ((out / "dashboard.rrd").stat().st_size - film) / passed_s
+        heard_s = (recorded(out / "telemetry.sqlite") - heard) / passed_s
         print(
             f"{count:6,} robots   {share:6.1%} of a core   {process.memory_info().rss / MIB:5.0f} MiB"
             f"   .rrd {film_s / 1e3:6.0f} kB/s = {60 * film_s / 1e6:5.1f} MB/min"

@@ -15,10 +15,12 @@ from tests.dashboards.hearsay import Hearsay
 
 @dataclass(frozen=True)
 class Drawing:
-    """One thing that was drawn: its parts by their names, and when; never if it is static."""
+    """One thing that was drawn: its parts by their names, and when."""
 
     path: str
     moment: Moment | None
+    is_static: bool
+    """Whether it is so at all times"""
     parts: dict[str, Any]
 
 
@@ -45,12 +47,14 @@ class RecordingStage(Stage):
             for one in what
             for batch in one.as_component_batches()
         }
-        self.drawings.append(Drawing(path, None if static else self._moment, parts))
-        if "is_recursive" in parts:
-            for old in [old for old in self._shown if f"{old}/".startswith(f"{path}/")]:
-                del self._shown[old]
+        self.drawings.append(Drawing(path, self._moment, static, parts))
+        if "is_recursive" not in parts:
+            self._shown.setdefault(path, {}).update(parts)
             return
-        self._shown.setdefault(path, {}).update(parts)
+        self._shown.pop(path, None)
+        if parts["is_recursive"].to_pylist() == [True]:
+            for old in [old for old in self._shown if old.startswith(f"{path}/")]:
+                del self._shown[old]
 
     def forget(self) -> None:
         """Forget the drawings so far; what is shown is shown on."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from crcolony.colony.history import Born, Lived
 from crcolony.colony.identity import RobotId
-from crcolony.colony.telemetry import STALE_S, Exchanged, Met, Scene, State
+from crcolony.colony.telemetry import STALE_S, Exchanged, Met, Scene, State, Told
 from crcolony.colony.watch import Happened, News, Watch, Watched, WatchedArena
 from crcolony.dashboards.beat import Beat
 from crcolony.dashboards.spectator.family import Family
@@ -26,6 +26,8 @@ _LINES_PER_S = 8
 _WINDOW_S = 60.0
 """Rates are of so much of the past"""
 _MOST_PAIRS = 2_000
+_NEWS_S = 5.0
+"""A meeting that is told so late is not shown: it was missed, or was before anybody watched"""
 
 
 @dataclass
@@ -101,24 +103,34 @@ class Spectator:
 
     def _happened(self, news: Happened, unix_s: float) -> None:
         told, event = news.told, news.told.event
-        if isinstance(event, Met):
-            low, high = sorted((told.robot, event.peer))
-            self._pair((low, high), (low, high), unix_s)
-            return
+        if isinstance(event, Met | Exchanged) and not self._is_long_ago(told):
+            self._show(told.robot, event, unix_s)
         colony = self.colony_of(told.robot)
         if colony is None:
             return
         if isinstance(event, Exchanged):
             colony.generations.exchanged(event)
-            both = (event.encounter.initiator, event.encounter.responder)
-            pairing = self._pair(event.encounter, both, unix_s)
-            pairing.mated = True
-            pairing.conceived += event.conceived
         elif isinstance(event, Born) and is_sound_event(event):
             colony.generations.born(told.robot, event)
             colony.family.born(told.robot, event)
         elif isinstance(event, Lived) and is_sound_event(event):
             colony.generations.lived(event, told.unix_ms / 1000.0, unix_s)
+
+    def _is_long_ago(self, told: Told) -> bool:
+        """Tell whether something was missed and is told only now, by the clock of who tells it."""
+        watched = self.watch.robots.get(told.robot)
+        state = watched.state if watched is not None else None
+        return state is not None and state.unix_ms - told.unix_ms > 1000.0 * _NEWS_S
+
+    def _show(self, robot: RobotId, event: Met | Exchanged, unix_s: float) -> None:
+        if isinstance(event, Met):
+            low, high = sorted((robot, event.peer))
+            self._pair((low, high), (low, high), unix_s)
+        else:
+            both = (event.encounter.initiator, event.encounter.responder)
+            pairing = self._pair(event.encounter, both, unix_s)
+            pairing.mated = True
+            pairing.conceived += event.conceived
 
     def _pair(self, key: object, robots: tuple[RobotId, RobotId], unix_s: float) -> Pairing:
         known = self._known_pairings.get(key)

@@ -42,12 +42,12 @@ class ArenaTab:
     """Draws scenes as they come, at the pace of the arena (ten a second)."""
 
     def __init__(self) -> None:
-        self._often, self._seldom = Beat(0.1), Beat(1.0)
+        self._often, self._at_times, self._seldom = Beat(0.1), Beat(0.2), Beat(1.0)
         self._drawn: object = None
         self._frame, self._packs = Change(), Change()
         self._looks, self._settings = LooksOf(), SettingsOf()
         self._times_s: deque[float] = deque(maxlen=2)
-        self._has_lines = {"meetings": False, "matings": False}
+        self._has_lines: set[str] = set()
 
     def layout(self) -> "rrb.Container":
         """Return the place of the arena: large by module, smaller by founder, and the colony in words."""
@@ -104,8 +104,10 @@ class ArenaTab:
             if self._packs.is_due([scene.packs for scene in scenes], moment.unix_s):
                 self._draw_packs(stage, scenes, crowd)
             self._draw_robots(stage, spectator, crowd, looks)
-            self._draw_trails(stage, scenes, crowd)
             self._draw_fields(stage, spectator, crowd)
+            if self._at_times.is_due(moment.unix_s):
+                self._draw_founders(stage, crowd, looks)
+                self._draw_trails(stage, scenes, crowd)
         self._draw_pairings(stage, spectator, crowd, moment)
 
     def _draw_frame(self, stage: Stage, scenes: Sequence[Scene], moment: Moment) -> None:
@@ -175,13 +177,16 @@ class ArenaTab:
             colors=[palette.INK],
             draw_order=22.0,
         )
-        founders = rr.Points2D(
-            crowd.points, radii=crowd.radius_m, colors=looks.founders, draw_order=20.0
-        )
         stage.draw(f"{ROOT}/energy", discs)
         stage.draw(f"{ROOT}/robots", faces)
         stage.draw(f"{ROOT}/headings", headings)
-        stage.draw(f"{ROOT}/founders", founders)
+
+    @staticmethod
+    def _draw_founders(stage: Stage, crowd: Crowd, looks: Looks) -> None:
+        import rerun as rr
+
+        discs = rr.Points2D(crowd.points, radii=crowd.radius_m, colors=looks.founders)
+        stage.draw(f"{ROOT}/founders", discs)
 
     def _draw_trails(self, stage: Stage, scenes: Sequence[Scene], crowd: Crowd) -> None:
         """Leave a small point where everybody is; the viewer shows those of the last seconds."""
@@ -201,8 +206,6 @@ class ArenaTab:
 
     def _draw_fields(self, stage: Stage, spectator: Spectator, crowd: Crowd) -> None:
         """Draw what the cameras of a few robots see, as far as their arena has told it."""
-        import rerun as rr
-
         strips: list[Points] = []
         if len(crowd.robots) <= _FIELDS:
             shifts_m = offsets_m(spectator.scenes())
@@ -215,41 +218,49 @@ class ArenaTab:
                     angles = seen.heading_rad + body.camera_half_angle_rad * _ARC
                     rim = field_rim(eye, angles, body.camera_range_m, arena.scene)
                     strips.append(np.vstack([eye, rim, eye]) + np.array((shift_m, 0.0)))
-        stage.draw(
-            f"{ROOT}/camera_fields",
-            rr.LineStrips2D(
-                strips, radii=rr.Radius.ui_points(0.75), colors=[palette.FAINT], draw_order=5.0
-            ),
-        )
+        colours = [palette.FAINT] * len(strips)
+        self._draw_lines(stage, "camera_fields", strips, colours, width=0.75, order=5.0)
 
     def _draw_pairings(
         self, stage: Stage, spectator: Spectator, crowd: Crowd, moment: Moment
     ) -> None:
         """Draw lines between who has just met or mated; take them away again a moment later."""
-        import rerun as rr
-
         where = dict(zip(crowd.robots, crowd.points, strict=True)) if spectator.pairings else {}
-        lines: dict[str, list[Points]] = {kind: [] for kind in self._has_lines}
-        colours: dict[str, list[palette.Colour]] = {kind: [] for kind in self._has_lines}
+        meetings: list[Points] = []
+        matings: list[Points] = []
+        colours: list[palette.Colour] = []
         for pairing in spectator.pairings:
             one, other = (where.get(robot) for robot in pairing.robots)
             is_over = moment.unix_s - pairing.unix_s > (MATING_S if pairing.mated else MEETING_S)
             if one is None or other is None or is_over:
                 continue
-            kind = "matings" if pairing.mated else "meetings"
-            lines[kind].append(np.stack([one, other]))
-            mated = palette.CONCEIVED if pairing.conceived else palette.MATED
-            colours[kind].append(mated if pairing.mated else palette.MET)
-        for kind, width in (("meetings", 1.0), ("matings", 3.0)):
-            if lines[kind] or self._has_lines[kind]:
-                self._has_lines[kind] = bool(lines[kind])
-                strips = rr.LineStrips2D(
-                    lines[kind],
-                    radii=rr.Radius.ui_points(width),
-                    colors=palette.colours(colours[kind]),
-                    draw_order=30.0,
-                )
-                stage.draw(f"{ROOT}/{kind}", strips)
+            if pairing.mated:
+                matings.append(np.stack([one, other]))
+                colours.append(palette.CONCEIVED if pairing.conceived else palette.MATED)
+            else:
+                meetings.append(np.stack([one, other]))
+        self._draw_lines(stage, "meetings", meetings, [palette.MET] * len(meetings), 1.0, 29.0)
+        self._draw_lines(stage, "matings", matings, colours, 3.0, 30.0)
+
+    def _draw_lines(
+        self,
+        stage: Stage,
+        kind: str,
+        lines: list[Points],
+        colours: list[palette.Colour],
+        width: float,
+        order: float,
+    ) -> None:
+        """Draw lines in place of those of the same kind that were there; nothing if there are and were none."""
+        import rerun as rr
+
+        if lines or kind in self._has_lines:
+            (self._has_lines.add if lines else self._has_lines.discard)(kind)
+            radius = rr.Radius.ui_points(width)
+            strips = rr.LineStrips2D(
+                lines, radii=radius, colors=palette.colours(colours), draw_order=order
+            )
+            stage.draw(f"{ROOT}/{kind}", strips)
 
     @staticmethod
     def _draw_now(stage: Stage, spectator: Spectator, moment: Moment) -> None:

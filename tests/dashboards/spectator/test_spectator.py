@@ -76,6 +76,22 @@ class TestPairings:
         heard.tell(1, mated(0, 1, conceived=True))
         assert pairings(heard) == []
 
+    def test_what_happened_long_ago_is_not_shown(self, heard: Hearsay) -> None:
+        """Whoever comes late hears of it all the same; robots' clocks need not be right for that."""
+        for count, clock_s in enumerate((-1e6, 0.0, 1e6), 2):
+            heard.join(0, unix_ms=round(1000.0 * (heard.at_s + clock_s)))
+            told_s = heard.at_s + clock_s
+            heard.tell(0, mated(0, 1, agent=agent(0, 0), conceived=True), told_s=told_s - 60.0)
+            assert pairings(heard) == []
+            heard.tell(0, mated(0, 1, count), met(1), told_s=told_s - 1.0)
+            assert len(pairings(heard)) == 2
+            heard.pass_s(60.0)
+        heard.tell(0, lived(agent(0, 0)))
+        heard.go(0)
+        heard.pass_s(60.0)
+        ((_, generation),) = heard.spectator.ended(heard.at_s)
+        assert generation.conceptions.mean == 3.0
+
     def test_they_are_forgotten_when_the_clock_is_set_back_too(self, heard: Hearsay) -> None:
         """And the next meeting is shown."""
         heard.tell(0, mated(0, 1), met(1))
@@ -276,6 +292,27 @@ class TestRates:
             heard.spectator.count(heard.at_s)
         assert rates(heard) == (0.0, 0.0)
         assert len(heard.spectator.colonies["blue"].samples) <= 62
+
+    def test_they_are_the_same_as_long_as_nothing_changes(self, heard: Hearsay) -> None:
+        """However long that goes on."""
+        heard.join(0, matings=0, captures=0)
+        for second in range(300):
+            heard.state(0, matings=second, captures=7)
+            heard.pass_s(1.0)
+            heard.spectator.count(heard.at_s)
+            if second in (20, 100, 299):
+                assert rates(heard) == pytest.approx((60.0, 0.0), abs=60.0 / second)
+
+    def test_nobody_unmates(self, heard: Hearsay) -> None:
+        """A robot whose counts fall has another memory than before: it counts on from there."""
+        heard.join(0, matings=0, captures=0)
+        for matings, captures in ((10, 10), (2, 3), (3, 3)):
+            heard.spectator.count(heard.at_s)
+            heard.state(0, matings=matings, captures=captures)
+            heard.pass_s(1.0)
+        heard.spectator.count(heard.at_s)
+        colony = heard.spectator.colonies["blue"]
+        assert (colony.matings, colony.captures) == (5.5, 10.0)
 
     def test_minutes_are_those_of_the_arena(self, heard: Hearsay) -> None:
         """A colony that lives ten times as fast mates ten times as often only if it does so by its own clock."""

@@ -64,10 +64,13 @@ def test_a_colony_is_summed_up(heard: Hearsay) -> None:
 def test_matings_in_doubt_are_said_where_there_are_any(heard: Hearsay) -> None:
     """And nothing of them where there are none."""
     heard.join(0, doubts=0, orphaned=0)
-    heard.join(1, colony="red", doubts=2, orphaned=1)
-    blue, _, red = words(heard).partition("**red**")
+    heard.join(1, colony="green", doubts=3, orphaned=0)
+    heard.join(2, colony="red", doubts=0, orphaned=1)
+    blue, _, others = words(heard).partition("**green**")
+    green, _, red = others.partition("**red**")
     assert "doubt" not in blue
-    assert "- 2 matings in doubt, 1 orphaned" in red
+    assert "- 3 matings in doubt, 0 orphaned" in green
+    assert "- 0 matings in doubt, 1 orphaned" in red
 
 
 def test_rates_are_said_once_they_are_known(heard: Hearsay) -> None:

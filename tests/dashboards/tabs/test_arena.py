@@ -202,12 +202,12 @@ class TestTrails:
 
     def test_trails_are_left_unless_the_colony_leaps(self, show: Show) -> None:
         """One that runs so fast has none."""
-        stage = show.draw(0.1)
+        stage = show.draw(0.2)
         assert stage.shown(f"{ROOT}/trails", "positions") == [[-0.5, 0.0], [0.5, 0.0]]
         show.heard.scene((0, 0.0, 0.0), tick=1_005)
-        assert show.draw(0.1).shown(f"{ROOT}/trails", "positions") == [[0.0, 0.0]]
+        assert show.draw(0.2).shown(f"{ROOT}/trails", "positions") == [[0.0, 0.0]]
         show.heard.scene((0, 0.0, 0.0), tick=1_015)
-        assert show.draw(0.1).shown(f"{ROOT}/trails", "positions") == []
+        assert show.draw(0.2).shown(f"{ROOT}/trails", "positions") == []
 
 
 class TestFields:

@@ -189,5 +189,5 @@ class TestFounders:
         for generation in range(3):
             bear(show, 0, generation, 2)
             stage = show.draw(2.0)
-            named = [drawing.path for drawing in stage.drawings if drawing.moment is None]
+            named = [drawing.path for drawing in stage.drawings if drawing.is_static]
             assert (len(named) > 0) == (generation == 0)

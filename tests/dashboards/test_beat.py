@@ -1,4 +1,4 @@
-"""What is done every so often is done so often, whoever asks how often."""
+"""What is done every so often is done so often, whoever asks how often; and what has changed is drawn at once."""
 
 import itertools
 from collections.abc import Iterable
@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crcolony.dashboards.beat import Beat
+from crcolony.dashboards.beat import Beat, Change
 
 T = 1_790_000_000.0
 
@@ -55,3 +55,25 @@ def test_a_clock_that_is_set_back_holds_up_nothing() -> None:
     beat = Beat(1.0)
     assert due(beat, [T + 3600.0, T + 3601.0]) == [T + 3600.0, T + 3601.0]
     assert due(beat, [T + 0.25 * k for k in range(17)]) == [T + k for k in range(5)]
+
+
+class TestChange:
+    """What looks the same is drawn again only now and then, for viewers that come late."""
+
+    def test_what_has_changed_is_due_at_once(self) -> None:
+        """Each time that it looks otherwise, back and forth too; the first time always."""
+        change = Change(15.0)
+        told = [change.is_due(what, T + 0.1 * k) for k, what in enumerate([[1], [1], [2], [1], []])]
+        assert told == [True, False, True, True, True]
+        assert Change(15.0).is_due(None, T)
+
+    def test_what_has_not_is_due_after_a_while(self) -> None:
+        """Whatever it is, and again after as long."""
+        change = Change(15.0)
+        times_s = [T + k for k in range(46)]
+        assert [time_s for time_s in times_s if change.is_due("x", time_s)] == times_s[::15]
+
+    def test_a_clock_that_is_set_back_does_not_hold_it_up(self) -> None:
+        """It is as if much time had passed."""
+        change = Change(15.0)
+        assert [change.is_due("x", T + s) for s in (3600.0, 0.0, 1.0)] == [True, True, False]

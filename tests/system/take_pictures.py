@@ -24,7 +24,7 @@ COLONIES = {
     1_000: ["generations=6", "life.agents=6", "life.slice_steps=100", "life.slices=2"],
 }
 SHOWN_S = 60.0
-WIDTH_PX, COLOURS = 720, 128
+WIDTH_PX, COLOURS = 640, 96
 
 
 def main() -> None:

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 _MOST_NODES = 160
 _MOST_FOUNDERS = 24
 """With lines of their own; a founder whose share is small has none"""
-_SHARE = 0.01
+_LEAST_SHARE, _GROWN = 0.01, 2.0
+"""Whoever has a line has so much at least; of many founders, so many times what each had in the beginning"""
 _ROW, _COLUMN = 200.0, 22.0
 """Of the graph, in its own units"""
 _MOST_COLUMNS = 200
@@ -120,10 +121,12 @@ class LineageTab:
         if is_new:
             style = rr.SeriesLines(names=["all others"], colors=[palette.DIM], widths=[1.0])
             stage.draw(others, style, static=True)
+        founders = len(colony.family.founders)
+        least = _LEAST_SHARE if founders <= _MOST_FOUNDERS else max(_LEAST_SHARE, _GROWN / founders)
         shares = colony.family.shares(watched.robot for watched in spectator.alive)
         for number, share in shares.items():
             room = _MOST_FOUNDERS - sum(map(len, self._lines.values()))
-            if number not in lines and share >= _SHARE and room > 0:
+            if number not in lines and share >= least and room > 0:
                 lines.add(number)
                 founder = colony.family.founders[number]
                 name = f"{spectator.call(robot_of(founder))} agent {number_of(founder)}"

@@ -7,7 +7,7 @@ OUT ?=
 MINUTES ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help run dashboard test check bench clean
+.PHONY: help run dashboard test coverage bench clean
 
 help:
 	@echo "make run           an arena and four robots, each its own process, until Ctrl-C (MINUTES=2: for so long)"
@@ -27,9 +27,13 @@ test: $(VENV)/dev.stamp
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
 	@$(BIN)/python -m pytest -q -n 2 --dist loadfile --ignore=tests/system
-	@echo "colonies of real processes, in namespaces where this machine allows it:"
-	@$(BIN)/python -m pytest -q tests/system
-	@echo "branch coverage of learning, evolution and robot (compiled functions run as plain Python):"
+	@echo "colonies of real processes, in namespaces where this machine allows it; beside them branch coverage of learning,"
+	@echo "evolution and robot, whose compiled functions then run as plain Python:"
+	@$(MAKE) --no-print-directory coverage >$(VENV)/coverage.log 2>&1 & measured=$$!; \
+		$(BIN)/python -m pytest -q tests/system; passed=$$?; \
+		wait $$measured || passed=1; cat $(VENV)/coverage.log; exit $$passed
+
+coverage: $(VENV)/dev.stamp
 	@NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest -q -r fE --ignore=tests/learning/test_mountain_car.py \
 		--ignore=tests/robot/test_ready_made.py \
 		tests/learning tests/evolution tests/robot

@@ -33,6 +33,8 @@ class Dashboard:
             LogTab(),
         )
         self._count = Beat(1.0)
+        self._sim_s = 0.0
+        """The colony's time as it was known last"""
 
     def blueprint(self, timeline: str, is_live: bool) -> "rrb.Blueprint":
         """Return the layout that viewers begin with."""
@@ -68,7 +70,9 @@ class Dashboard:
         spectator.look(unix_s)
         if self._count.is_due(unix_s):
             spectator.count(unix_s)
-        moment = Moment(unix_s, spectator.sim_s() or 0.0, spectator.generation())
+        sim_s = spectator.sim_s()
+        self._sim_s = self._sim_s if sim_s is None else sim_s
+        moment = Moment(unix_s, self._sim_s, spectator.generation())
         stage.at(moment)
         for tab in self.tabs:
             tab.draw(stage, spectator, moment)

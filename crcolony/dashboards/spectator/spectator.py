@@ -65,6 +65,8 @@ class Colony:
     samples: deque[tuple[float, Sample]] = field(default_factory=deque)
     best: str = ""
     """Who mated most in the generation that ended last"""
+    is_over: bool = False
+    """Whether all its robots have gone: one of that name that begins with founders is another"""
 
 
 class Spectator:
@@ -111,6 +113,9 @@ class Spectator:
         if isinstance(event, Exchanged):
             colony.generations.exchanged(event)
         elif isinstance(event, Born) and is_sound_event(event):
+            if colony.is_over and event.generation == 0:
+                colony = self.colonies[colony.name] = Colony(colony.name)
+            colony.is_over = False
             colony.generations.born(told.robot, event)
             colony.family.born(told.robot, event)
         elif isinstance(event, Lived) and is_sound_event(event):
@@ -164,6 +169,9 @@ class Spectator:
         for watched in self.alive:
             if watched.state is not None and self.colony_of(watched.robot) is not None:
                 self._states.setdefault(watched.colony, []).append(watched.state)
+        present = {watched.colony for watched in self.alive}
+        for name, colony in self.colonies.items():
+            colony.is_over = colony.is_over or name not in present
         self._names = self._name_all()
 
     # What there is to draw ------------------------------------------------------------------------------------------
@@ -188,9 +196,19 @@ class Spectator:
         if watched is None:
             return None
         colony = self.colonies.get(watched.colony)
-        if colony is None and len(self.colonies) < MOST_COLONIES:
-            colony = self.colonies[watched.colony] = Colony(watched.colony)
+        if colony is not None or not self._has_room():
+            return colony
+        colony = self.colonies[watched.colony] = Colony(watched.colony)
         return colony
+
+    def _has_room(self) -> bool:
+        """Make room for one more colony, if one of those that are told apart is over."""
+        if len(self.colonies) >= MOST_COLONIES:
+            over = next((name for name, colony in self.colonies.items() if colony.is_over), None)
+            if over is None:
+                return False
+            del self.colonies[over]
+        return True
 
     def lines(self) -> list[Line]:
         """Return what was said since the last time, with how much more of it there was; ask once a second."""

@@ -94,14 +94,15 @@ class NetworkTab:
     def _draw_sights(self, stage: Stage, spectator: Spectator, moment: Moment) -> None:
         import rerun as rr
 
-        shown = spectator.alive[:_MOST_SEEN]
+        by_colony = sorted(spectator.alive, key=lambda watched: watched.colony)
+        shown = by_colony[:_MOST_SEEN]
         picture = np.empty((len(shown), len(shown), 3), dtype=np.uint8)
         for row, watched in enumerate(shown):
             peers = set(watched.about.peers) if watched.about is not None else None
             for column, other in enumerate(shown):
                 if row == column:
                     colour = ITSELF
-                elif peers is None or watched.colony != other.colony:
+                elif peers is None:
                     colour = UNKNOWN
                 else:
                     colour = SEES if other.robot in peers else SEES_NOT

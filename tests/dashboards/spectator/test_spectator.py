@@ -222,6 +222,37 @@ class TestColonies:
         assert len(heard.spectator.alive) == MOST_COLONIES + 3
         assert len(heard.spectator.states()) == MOST_COLONIES
 
+    def test_a_colony_that_is_over_makes_room(self, heard: Hearsay) -> None:
+        """For one that comes when there are too many to be told apart."""
+        for robot in range(MOST_COLONIES):
+            heard.join(robot, colony=f"c{robot}")
+            heard.tell(robot, born(agent(robot, 0)), colony=f"c{robot}")
+        heard.go(3, colony="c3")
+        heard.pass_s(0.5)
+        heard.join(MOST_COLONIES, colony="new")
+        heard.tell(MOST_COLONIES, born(agent(MOST_COLONIES, 0)), colony="new")
+        assert "new" in heard.spectator.colonies
+        assert "c3" not in heard.spectator.colonies
+
+    def test_a_colony_that_begins_anew_is_another(self, heard: Hearsay) -> None:
+        """If all were gone, and come again with founders; whoever goes on from a memory is the same."""
+        heard.join(0)
+        heard.tell(0, born(agent(0, 0)), lived(agent(0, 0)), born(agent(0, 1), 1))
+        first = heard.spectator.colonies["blue"]
+        heard.go(0)
+        heard.pass_s(0.5)
+        heard.join(0)
+        heard.tell(0, born(agent(0, 2), 2))
+        assert heard.spectator.colonies["blue"] is first
+        heard.go(0)
+        heard.pass_s(0.5)
+        heard.join(0)
+        heard.tell(0, born(agent(0, 0)))
+        again = heard.spectator.colonies["blue"]
+        assert again is not first
+        assert again.generations.last == -1
+        assert len(again.family) == 1
+
     def test_who_is_gone_is_in_no_colony(self, heard: Hearsay) -> None:
         """From the next look on; its agents count again when it is back."""
         heard.join(0, 1)

@@ -26,14 +26,14 @@ class TestSights:
     """Who sees whom: robots down the side see those along the top, or not."""
 
     def test_everybody_sees_whom_they_say_they_see(self, show: Show) -> None:
-        """Nobody knows of a robot that was not asked yet, nor of other colonies."""
+        """Whoever was not asked yet has said nothing; colonies stand one after the other."""
         show.heard.join(0, 1, 2)
         show.heard.join(3, colony="red")
-        show.heard.about(0, 1, 2)
+        show.heard.about(0, 1, 2, 3)
         show.heard.about(1, 0)
         assert cells(show.draw(1.0), 4) == [
-            [ITSELF, SEES, SEES, UNKNOWN],
-            [SEES, ITSELF, SEES_NOT, UNKNOWN],
+            [ITSELF, SEES, SEES, SEES],
+            [SEES, ITSELF, SEES_NOT, SEES_NOT],
             [UNKNOWN, UNKNOWN, ITSELF, UNKNOWN],
             [UNKNOWN, UNKNOWN, UNKNOWN, ITSELF],
         ]

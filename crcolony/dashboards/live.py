@@ -55,7 +55,7 @@ def run_dashboard(watching: Watching) -> None:
         session = open_things.enter_context(open_session(watching.network))
         heard = _telemetry(watching)
         if heard is not None:
-            open_things.callback(heard.close)
+            open_things.callback(_end_recording, heard)
         watcher = Watcher(
             session,
             watching.colony,
@@ -133,6 +133,12 @@ def _stage(watching: Watching, dashboard: Dashboard) -> tuple[Stage, str]:
         film = open_film(free_name(watching.folder / FILM), run, blueprint)
         _say(f"recorded into {watching.folder}")
     return Stage(live, film), url
+
+
+def _end_recording(heard: TelemetryFile) -> None:
+    trouble = heard.close()
+    if trouble is not None:
+        _say(trouble)
 
 
 def _telemetry(watching: Watching) -> TelemetryFile | None:

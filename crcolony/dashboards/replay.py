@@ -1,5 +1,6 @@
 """The dashboard of a run that is over, as a film: what was recorded of it is heard again, or it is lived again."""
 
+import itertools
 import subprocess
 from collections.abc import Iterable
 from pathlib import Path
@@ -30,12 +31,16 @@ def run_replay(
     check_rerun()
     target = out or (path if path.is_dir() else path.parent) / REPLAY
     heard = heard_of(path, windows)
+    first = next(heard, None)  # what cannot be read at all leaves no film
+    if first is None:
+        raise DashboardError(f"{path}: nothing was heard")
     dashboard = Dashboard(Watch(), agent)
     draft = target.with_name(target.name + ".part")
     film = open_film(draft, "replay", dashboard.blueprint("sim", is_live=False))
     trouble: str | None = None
     try:
-        play(heard, dashboard, film, _PERIOD_S if is_recorded(path) else _COARSE_S)
+        coarse_s = _PERIOD_S if is_recorded(path) else _COARSE_S
+        play(itertools.chain([first], heard), dashboard, film, coarse_s)
     finally:
         trouble = film.trouble()
         film.close()

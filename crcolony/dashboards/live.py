@@ -18,6 +18,7 @@ from crcolony.colony.processes.watcher import Watcher
 from crcolony.colony.stopping import Stop
 from crcolony.dashboards.beat import Beat
 from crcolony.dashboards.dashboard import Dashboard
+from crcolony.dashboards.films import MOST_BYTES, put_in_order
 from crcolony.dashboards.recordings.telemetry_file import FILE_NAME, TelemetryFile
 from crcolony.dashboards.stage import Stage, check_rerun, leave, open_film, open_live
 from crcolony.dashboards.viewers import Viewer, open_browser, open_native, serve_web
@@ -65,7 +66,7 @@ def run_dashboard(watching: Watching) -> None:
         )
         dashboard = Dashboard(watcher.watch, watching.agent)
         stage, url = _stage(watching, dashboard)
-        open_things.callback(stage.close)
+        open_things.callback(_end_showing, stage)
         viewers = open_things.enter_context(_viewers(watching, url))
         _say(f"dashboard at {url}")
         _watch(watcher, dashboard, stage, heard, viewers, stop, woken)
@@ -133,6 +134,15 @@ def _stage(watching: Watching, dashboard: Dashboard) -> tuple[Stage, str]:
         film = open_film(free_name(watching.folder / FILM), run, blueprint)
         _say(f"recorded into {watching.folder}")
     return Stage(live, film), url
+
+
+def _end_showing(stage: Stage) -> None:
+    """Close all streams, and put the film in order unless that would take long."""
+    is_whole = stage.film is not None and stage.film.stream is not None
+    stage.close()
+    film = stage.film.path if stage.film is not None and is_whole else None
+    if film is not None and film.stat().st_size < MOST_BYTES:
+        put_in_order(film)
 
 
 def _end_recording(heard: TelemetryFile) -> None:

@@ -1,23 +1,22 @@
 """The dashboard of a run that is over, as a film: what was recorded of it is heard again, or it is lived again."""
 
 import itertools
-import subprocess
 from collections.abc import Iterable
 from pathlib import Path
 
 from crcolony.colony.watch import Heard, Watch
 from crcolony.dashboards.beat import Beat
 from crcolony.dashboards.dashboard import Dashboard
+from crcolony.dashboards.films import put_in_order
 from crcolony.dashboards.recordings.resimulation import Windows
 from crcolony.dashboards.recordings.sources import heard_of, is_recorded
 from crcolony.dashboards.stage import DashboardError, Film, Stage, check_rerun, leave, open_film
-from crcolony.dashboards.viewers import open_file, rerun_program
+from crcolony.dashboards.viewers import open_file
 
 REPLAY = "replay.rrd"
 _PERIOD_S, _SILENT_S = 0.1, 2.0
 _COARSE_S = 600.0
 """Of the colony's time: how often a run that is lived again is drawn where no arena is shown"""
-_OPTIMISING_S = 600.0
 
 
 def run_replay(
@@ -45,7 +44,8 @@ def run_replay(
         trouble = film.trouble()
         film.close()
         if trouble is None:
-            shrink(draft, target)
+            put_in_order(draft)
+            draft.replace(target)
             print(target, flush=True)
     if trouble is not None:
         leave(film, trouble)
@@ -69,17 +69,3 @@ def play(heard: Iterable[Heard], dashboard: Dashboard, film: Film, coarse_s: flo
         dashboard.take(dashboard.spectator.watch.take(one), now_s)
     if now_s > 0.0:
         dashboard.draw(stage, now_s)
-
-
-def shrink(draft: Path, target: Path) -> None:
-    """Put a film in order for viewers, which makes it several times smaller; where that fails it stays as it is."""
-    command = [str(rerun_program()), "rrd", "optimize", str(draft), "-o", str(target)]
-    try:
-        done = subprocess.run(command, capture_output=True, timeout=_OPTIMISING_S, check=False)
-        is_done = done.returncode == 0 and target.is_file()
-    except (OSError, subprocess.TimeoutExpired):
-        is_done = False
-    if is_done:
-        draft.unlink(missing_ok=True)
-    else:
-        draft.replace(target)

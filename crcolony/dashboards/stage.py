@@ -176,7 +176,8 @@ def open_film(path: Path, run: str, blueprint: "rrb.Blueprint") -> Film:
     except OSError as error:
         raise DashboardError(f"{path}: cannot be written: {error.strerror}") from None
     stream = _stream(run, _FILM_FLUSH_S)
-    stream.set_sinks(rr.FileSink(str(path), write_footer=True), default_blueprint=blueprint)
+    # A footer would keep something of every chunk in memory, for hours; `films.put_in_order` adds it in the end.
+    stream.set_sinks(rr.FileSink(str(path), write_footer=False), default_blueprint=blueprint)
     return Film(path, stream)
 
 

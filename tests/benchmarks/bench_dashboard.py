@@ -62,6 +62,12 @@ def cpu_s(process: psutil.Process) -> float:
     return float(times.user + times.system)
 
 
+def sent_by(ear: Connection) -> int:
+    """Return how many bytes a crowd has published."""
+    ear.send(crowd.SENT)
+    return int(ear.recv())
+
+
 def recorded(path: Path) -> int:
     """Return the size of a database, with what is not in its file yet."""
     with contextlib.closing(sqlite3.connect(path)) as database:
@@ -73,18 +79,20 @@ def recorded(path: Path) -> int:
 
 def measure(count: int, folder: Path) -> None:
     """Print what a dashboard of so many robots costs."""
-    with watched(count, folder) as (_, process, out, _url):
+    with watched(count, folder) as (ear, process, out, _url):
         time.sleep(SETTLED_S)
+        sent = sent_by(ear)
         begun_s, used_s = time.monotonic(), cpu_s(process)
         film, heard = (out / "dashboard.rrd").stat().st_size, recorded(out / "telemetry.sqlite")
         time.sleep(MEASURED_S)
         passed_s = time.monotonic() - begun_s
         share = (cpu_s(process) - used_s) / passed_s
         film_s = ((out / "dashboard.rrd").stat().st_size - film) / passed_s
+        told_s = (sent_by(ear) - sent) / passed_s
         heard_s = (recorded(out / "telemetry.sqlite") - heard) / passed_s
         print(
             f"{count:6,} robots   {share:6.1%} of a core   {process.memory_info().rss / MIB:5.0f} MiB"
-            f"   .rrd {film_s / 1e3:6.0f} kB/s = {60 * film_s / 1e6:5.1f} MB/min"
+            f"   hears {told_s / 1e3:5.0f} kB/s   .rrd {film_s / 1e3:6.0f} kB/s = {60 * film_s / 1e6:5.1f} MB/min"
             f"   telemetry {60 * heard_s / 1e6:5.1f} MB/min"
             + (f"   (target {TARGET:.0%})" if count == CROWDS[-1] else ""),
             flush=True,

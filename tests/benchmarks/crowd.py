@@ -29,8 +29,9 @@ HZ, STATES_PER_S = 10.0, 2.0
 AREA_M2, AGENTS = 1.21, 20
 MATINGS_PER_ROBOT_S = 0.02
 """As of robots that have evolved, in real time at ten periods a second"""
-JUMP = b"jump"
-"""Said to the crowd: its first robot jumps to the other side, and the answer is when that was published"""
+JUMP, SENT = b"jump", b"sent"
+"""Said to the crowd: its first robot jumps to the other side, and the answer is when that was published; or it is asked
+how many bytes it has published"""
 
 
 class Crowd:
@@ -48,6 +49,8 @@ class Crowd:
         self.seqs = [0] * count
         self.matings = [0] * count
         self.tick, self.encounters = 0, itertools.count(1)
+        self.sent = 0
+        """Bytes"""
         self.keys, self.arena = ColonyKeys(COLONY), ArenaKeys(ARENA)
         live = session.liveliness()
         self.tokens = [
@@ -55,6 +58,11 @@ class Crowd:
             for number, robot in enumerate(self.ids)
         ]
         self.tokens.append(live.declare_token(self.arena.alive(1, "s")))
+
+    def put(self, key: str, data: bytes) -> None:
+        """Publish something."""
+        self.sent += len(data)
+        self.session.put(key, data)
 
     def bear(self) -> None:
         """Give every robot its agents."""
@@ -68,7 +76,7 @@ class Crowd:
     def tell(self, number: int, event: Event) -> None:
         self.seqs[number] += 1
         told = Told(self.ids[number], 0, self.seqs[number], int(1000 * time.time()), event)
-        self.session.put(self.keys.event(self.ids[number]), encode(told))
+        self.put(self.keys.event(self.ids[number]), encode(told))
 
     def step(self) -> None:
         """Let a control period pass: everybody walks, some mate, and all is told."""
@@ -103,7 +111,7 @@ class Crowd:
             ARENA, 1, self.tick, self.tick, int(1000 * time.time()), 1.0 / HZ,
             self.side_m, self.side_m, robots[:1000], packs,
         )  # fmt: skip
-        self.session.put(self.arena.scene, encode(scene))
+        self.put(self.arena.scene, encode(scene))
 
     def publish_state(self, number: int) -> None:
         robot = self.ids[number]
@@ -115,7 +123,7 @@ class Crowd:
             conceptions=0, captures=0, pool=0, waiting=0, doubts=0, orphaned=0,
             peers=self.count - 1, refused=0, dropped=0, faults=0, period_ms=1000.0 / HZ,
         )  # fmt: skip
-        self.session.put(self.keys.state(robot), encode(state))
+        self.put(self.keys.state(robot), encode(state))
 
 
 def live(connection: Connection, count: int, endpoint: str, walks: bool = True) -> None:
@@ -128,7 +136,9 @@ def live(connection: Connection, count: int, endpoint: str, walks: bool = True) 
         while True:
             next_s += 1.0 / HZ
             if connection.poll(max(0.0, next_s - time.monotonic())):
-                connection.recv()
+                if connection.recv() == SENT:
+                    connection.send(crowd.sent)
+                    continue
                 crowd.places[0] = -crowd.places[0]
                 at_s = time.monotonic()
                 crowd.publish_scene()

@@ -36,6 +36,8 @@ from crcolony.errors import EXIT_OK
 from tests.dashboards.hearsay import T
 
 Rows = list[dict[str, Any]]
+pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")
+"""A film has none before it is put in order (`films.py`)"""
 
 
 def blueprint() -> rrb.Blueprint:
@@ -139,7 +141,6 @@ class TestFilm:
             assert str(refusal.value).startswith(f"{path}: cannot be written: ")
             assert "\n" not in str(refusal.value)
 
-    @pytest.mark.filterwarnings("ignore:RRD file has no footer")
     def test_it_can_be_read_while_it_is_recorded(self, tmp_path: Path) -> None:
         """Up to where it was looked after last: a dashboard that is killed leaves that behind."""
         path = tmp_path / "film.rrd"

@@ -183,4 +183,7 @@ def _greet(console: Console, launch: Launch, endpoint: str) -> None:
     )
     where = "" if endpoint == HERE else f" --connect {endpoint}"
     where = f" {endpoint}" if endpoint.startswith("--") else where
-    console.print(f"watch from elsewhere: crcolony top{where}", highlight=False, soft_wrap=True)
+    watching = f"watch from elsewhere: crcolony top{where}"
+    if not launch.has_dashboard:
+        watching += f", or in a browser: crcolony dashboard --web{where}"
+    console.print(watching, highlight=False, soft_wrap=True)

@@ -6,9 +6,7 @@ viewer. All of it belongs to one thread: Rerun's clock is the thread's.
 """
 
 import contextlib
-import errno
 import os
-import shutil
 import socket
 import sys
 from collections.abc import Sequence
@@ -17,6 +15,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from crcolony.dashboards.disk import check_room
 from crcolony.errors import EXIT_OK, EXIT_WRONG_INPUT, Refusal
 
 if TYPE_CHECKING:
@@ -29,8 +28,6 @@ SERVER_MEMORY = "256MB"
 """What late viewers get to see of the past; then the oldest is forgotten"""
 _LIVE_FLUSH_S, _FILM_FLUSH_S = 0.1, 2.0
 _CLOSING_S = 3.0
-_ROOM_BYTES = 32 * 2**20
-"""A film ends while there is still so much room on the disk, for others"""
 
 
 class DashboardError(Refusal):
@@ -72,7 +69,7 @@ class Stage:
     """Draws on all streams at once."""
 
     def __init__(self, live: "rr.RecordingStream | None", film: "Film | None") -> None:
-        self._live, self.film = live, film
+        self.film = film
         self._streams = [live] if live is not None else []
 
     def at(self, moment: Moment) -> None:
@@ -117,11 +114,9 @@ class Film:
         if self.stream is None:
             return None
         try:
-            room = shutil.disk_usage(self.path.parent).free
+            check_room(self.path.parent)
         except OSError as error:
             return self._end(error.strerror or str(error))
-        if room < _ROOM_BYTES:
-            return self._end(os.strerror(errno.ENOSPC))
         try:
             self.stream.flush(timeout_sec=_CLOSING_S)
         except (RuntimeError, ValueError) as error:

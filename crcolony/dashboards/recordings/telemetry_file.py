@@ -5,9 +5,6 @@ When the disk is full nothing is recorded any more, and the file stays readable.
 """
 
 import contextlib
-import errno
-import os
-import shutil
 import sqlite3
 from collections.abc import Collection, Iterator
 from contextlib import closing
@@ -16,6 +13,7 @@ from typing import get_args
 from urllib.parse import quote
 
 from crcolony.colony.watch import Heard, Kind
+from crcolony.dashboards.disk import check_room
 from crcolony.dashboards.recordings.thinning import Thinning
 from crcolony.errors import Refusal
 
@@ -25,8 +23,6 @@ SCENE_BYTES_PER_S = 100_000
 """So much of the scenes is kept: all ten a second of a few robots, and one or so of a thousand"""
 _MOST_WAITING = 64 * 2**20
 """Bytes between two commits; of more the newest is not recorded, and counted"""
-_ROOM_BYTES = 32 * 2**20
-"""Recording ends while there is still so much room on the disk, for robots' memories"""
 _PAGE = 256
 """Rows that are read at a time, so that a slow reader is in no writer's way"""
 _BESIDE_DATA = 100
@@ -109,8 +105,7 @@ class TelemetryFile:
             return None
         waiting, self._waiting, self._bytes = self._waiting, [], 0
         try:
-            if shutil.disk_usage(self.path.parent).free < _ROOM_BYTES:
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            check_room(self.path.parent)
             with self._database as database:
                 database.executemany("INSERT INTO heard VALUES (?, ?, ?, ?)", map(_row, waiting))
         except (OSError, sqlite3.Error) as error:

@@ -16,7 +16,7 @@ from crcolony.colony.history import Born, Died, Event, HistoryHash, Lived, Mated
 from crcolony.colony.identity import RobotId
 from crcolony.colony.memory.store import Decision, Memory, read_memory
 from crcolony.colony.messages import Encounter
-from crcolony.colony.summary import QUANTILES
+from crcolony.colony.summary import QUANTILES, quantile_of
 from crcolony.robot.genes import META_PARAMETERS
 from crcolony.robot.modules import MODULES
 
@@ -177,5 +177,5 @@ def _genes_in_numbers(genotypes: np.ndarray, genes: Sequence[str]) -> dict[str, 
             values = genotypes[:, genes.index(name)]
             row[f"{name} mean"] = float(values.mean())
             for quantile, value in zip(QUANTILES, np.quantile(values, QUANTILES), strict=True):
-                row[f"{name} q{round(100 * quantile):02d}"] = float(value)
+                row[quantile_of(name, quantile)] = float(value)
     return row

@@ -40,5 +40,10 @@ def summarise(
             values = batch.genotypes[:, :, schema.index(name)]
             row[f"{name} mean"] = float(values.mean())
             for quantile, value in zip(QUANTILES, np.quantile(values, QUANTILES), strict=True):
-                row[f"{name} q{round(100 * quantile):02d}"] = float(value)
+                row[quantile_of(name, quantile)] = float(value)
     return row
+
+
+def quantile_of(gene: str, share: float) -> str:
+    """Name the column of a gene's quantile over agents."""
+    return f"{gene} q{round(100 * share):02d}"

@@ -10,7 +10,7 @@ import numpy as np
 
 from crcolony.colony.plots.bands import FEWEST, Band, Table, band_of
 from crcolony.colony.results import ResultsError, read_table
-from crcolony.colony.summary import QUANTILES
+from crcolony.colony.summary import QUANTILES, quantile_of
 from crcolony.config import Config, ConfigError, load
 from crcolony.errors import Refusal
 from crcolony.robot.genes import META_PARAMETERS
@@ -67,11 +67,6 @@ class Arm:
         if furthest > drawn[-1]:
             words += f"; fewer than {min(len(self.runs), FEWEST)} runs go on to {furthest:.0f}"
         return words
-
-
-def quantile(gene: str, share: float) -> str:
-    """Name the column of a gene's quantile over agents, as `summary.summarise` does."""
-    return f"{gene} q{round(100 * share):02d}"
 
 
 def read_arms(folders: Sequence[Path]) -> tuple[Arm, ...]:
@@ -143,7 +138,7 @@ def _read_table(path: Path) -> Table:
 def _columns() -> list[str]:
     """Name the columns that are drawn."""
     genes = [f"{module.name}.{meta}" for module in MODULES for meta in META_PARAMETERS]
-    return [*_MEANS, *(quantile(gene, share) for gene in genes for share in QUANTILES)]
+    return [*_MEANS, *(quantile_of(gene, share) for gene in genes for share in QUANTILES)]
 
 
 def _grouped(runs: Sequence[Run]) -> list[tuple[Run, ...]]:

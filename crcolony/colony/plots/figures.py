@@ -9,10 +9,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from crcolony.colony.plots.arms import Arm, PlotsError, quantile
+from crcolony.colony.plots.arms import Arm, PlotsError
 from crcolony.colony.plots.bands import FEWEST
 from crcolony.colony.plots.potentials import draw_potentials
 from crcolony.colony.plots.style import COLUMN_IN, LINES, PAGE_IN, band_look, begin_axes, new_figure
+from crcolony.colony.summary import quantile_of
 from crcolony.robot.genes import META_PARAMETERS
 from crcolony.robot.modules import MODULES
 
@@ -82,7 +83,7 @@ def draw_meta_parameters(arms: Sequence[Arm]) -> Figure:
             gene = f"{module.name}.{meta}"
             if _is_single(arms):
                 _draw_spread(axes, arms[0], gene)
-            _draw_lines(axes, arms, quantile(gene, 0.5))
+            _draw_lines(axes, arms, quantile_of(gene, 0.5))
             begin_axes(axes, top=_highest(arms, meta))
         axes_row[0].set_ylabel(module.name)
     for meta, top, bottom in zip(META_PARAMETERS, rows[0], rows[-1], strict=True):
@@ -130,8 +131,8 @@ def _draw_spread(axes: Axes, arm: Arm, gene: str) -> None:
     for low, high in ((0.05, 0.95), (0.25, 0.75)):
         axes.fill_between(
             table["generation"],
-            table[quantile(gene, low)],
-            table[quantile(gene, high)],
+            table[quantile_of(gene, low)],
+            table[quantile_of(gene, high)],
             **(band_look(LINES[0]) | {"linewidth": 0.0}),
         )
 

@@ -183,6 +183,15 @@ class Colony:
         self.processes.append(process.start())
         return View(process)
 
+    def dashboard(self) -> tuple[Process, str, Path]:
+        """Start a dashboard; return it, where viewers find it, and where it records."""
+        port = free_port()
+        out = self.folder / f"watched-{port}"
+        words = ("--port", str(port), "--out", str(out), "--connect", self.endpoint)
+        process = self.start(f"dashboard-{port}", "dashboard", *words)
+        process.wait_for("dashboard at ")
+        return process, f"rerun+http://127.0.0.1:{port}/proxy", out
+
     def start(self, name: str, *words: str, before: tuple[str, ...] = ()) -> Process:
         """Start any command of crcolony."""
         process = Process(crcolony(*words), self.folder / f"{name}.log", before)

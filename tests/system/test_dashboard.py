@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crcolony.colony.network import Network, free_port, open_session
+from crcolony.colony.network import Network, open_session
 from crcolony.colony.telemetry import Scene, SeenRobot
 from crcolony.dashboards.tabs import palette
 from tests.system.colony import Colony, Process, colony, wait_until
@@ -43,25 +43,13 @@ class Watched:
         )
 
 
-def dashboard_of(made: Colony, *words: str) -> tuple[Process, str]:
-    """Start a dashboard of a colony; return it and where viewers find it."""
-    port = free_port()
-    out = made.folder / f"watched-{port}"
-    process = made.start(
-        f"dashboard-{port}", "dashboard", "--port", str(port), "--out", str(out),
-        "--connect", made.endpoint, *words,
-    )  # fmt: skip
-    process.wait_for("dashboard at ")
-    return process, f"rerun+http://127.0.0.1:{port}/proxy"
-
-
 @contextlib.contextmanager
 def watched(folder: Path) -> Iterator[Watched]:
     """Everything that is needed to see a colony, for as long as it is needed."""
     with contextlib.ExitStack() as stack:
         made = stack.enter_context(colony(folder, *HUNGRY))
         made.arena(ROBOTS, "--hz", "10")
-        dashboard, url = dashboard_of(made)
+        dashboard, url, _ = made.dashboard()
         for number in range(ROBOTS):
             made.robot("--number", str(number))
         session = stack.enter_context(open_session(Network(connect=(made.endpoint,))))
@@ -265,7 +253,7 @@ def test_a_dashboard_that_is_killed_is_started_again_and_knows_what_was_before(
 ) -> None:
     """A new dashboard, after kill -9 of the first, asks for the past: it draws births that were told before it came."""
     seen.dashboard.kill()
-    again, url = dashboard_of(seen.made)
+    again, url, out = seen.made.dashboard()
     with headless_viewer(url, tmp_path / "again.log") as viewer:
         wait_until(lambda: viewer.until_s("generation") > -1, "it shows the colony")
         wait_until(lambda: "/lineage/family" in viewer.entities(), "it draws a family")
@@ -273,6 +261,6 @@ def test_a_dashboard_that_is_killed_is_started_again_and_knows_what_was_before(
         assert again.wait(20.0) == 0
     from rerun.chunk import RrdReader
 
-    film = next(seen.made.folder.glob(f"watched-{url.split(':')[-1].split('/')[0]}/*.rrd"))
+    film = out / "dashboard.rrd"
     paths = {str(chunk.entity_path) for chunk in RrdReader(str(film)).stream()}
     assert {"/arena/world/robots", "/lineage/family", "/network/robots"} <= paths

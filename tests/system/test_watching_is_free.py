@@ -13,23 +13,12 @@ import zenoh
 from zenoh.handlers import Callback
 
 from crcolony.colony.keys import ROOT
-from crcolony.colony.network import Network, free_port, open_session
-from tests.system.colony import Colony, Process, colony, settings, wait_until
+from crcolony.colony.network import Network, open_session
+from tests.system.colony import colony, settings, wait_until
 from tests.system.viewer import headless_viewer
 
 HZ = 30.0
 SECONDS = 4.0
-
-
-def dashboard_of(made: Colony, endpoint: str) -> tuple[Process, str]:
-    """Start a dashboard; return it and where viewers find it."""
-    port = free_port()
-    process = made.start(
-        f"dashboard-{port}", "dashboard", "--port", str(port), "--connect", endpoint,
-        "--out", str(made.folder / f"watched-{port}"),
-    )  # fmt: skip
-    process.wait_for("dashboard at ")
-    return process, f"rerun+http://127.0.0.1:{port}/proxy"
 
 
 def test_a_lockstep_colony_has_the_same_history_whoever_watches(tmp_path: Path) -> None:
@@ -41,7 +30,7 @@ def test_a_lockstep_colony_has_the_same_history_whoever_watches(tmp_path: Path) 
             "evolve", "evolve", "--robots", "4", *words, "--out", str(tmp_path / "evolved")
         )
         assert evolved.wait(120.0) == 0, evolved.said
-        dashboard, url = dashboard_of(made, made.endpoint)
+        dashboard, url, _ = made.dashboard()
         with headless_viewer(url, tmp_path / "viewer.log", is_shown=False) as viewer:
             launched = made.start(
                 "launch", "launch", "-n", "4", "--lockstep", *words, "--listen", made.endpoint,
@@ -103,7 +92,7 @@ def test_robots_keep_their_control_period_whoever_watches(
             for robot in robots:
                 robot.wait_for("has body")
             unwatched = periods(session, SECONDS)
-            dashboard, url = dashboard_of(made, made.endpoint)
+            dashboard, url, _ = made.dashboard()
             with headless_viewer(url, tmp_path / "viewer.log") as viewer:
                 wait_until(lambda: viewer.until_s("sim") > 0.0, "the viewer shows it")
                 viewer.process.signal(signal.SIGSTOP)

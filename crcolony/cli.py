@@ -6,12 +6,22 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from crcolony.commands.dashboards import add_dashboard, add_export, add_replay
+from crcolony.commands.arena import add_arena
+from crcolony.commands.check import add_check
+from crcolony.commands.dashboard import add_dashboard
 from crcolony.commands.evolve import add_evolve
-from crcolony.commands.files import add_check, add_inspect, add_keygen, add_plot
-from crcolony.commands.network import add_arena, add_host, add_launch, add_robot, add_router
-from crcolony.commands.simulating import add_simulate
-from crcolony.commands.watching import add_status, add_top
+from crcolony.commands.export import add_export
+from crcolony.commands.host import add_host
+from crcolony.commands.inspect import add_inspect
+from crcolony.commands.keygen import add_keygen
+from crcolony.commands.launch import add_launch
+from crcolony.commands.plot import add_plot
+from crcolony.commands.replay import add_replay
+from crcolony.commands.robot import add_robot
+from crcolony.commands.router import add_router
+from crcolony.commands.simulate import add_simulate
+from crcolony.commands.status import add_status
+from crcolony.commands.top import add_top
 from crcolony.errors import (
     EXIT_BROKEN,
     EXIT_INTERRUPTED,

@@ -29,20 +29,8 @@ IntArray = NDArray[np.int64]
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
-_UNCOMPILED = (
-    "colony",
-    "plots",
-    "processes",
-    "simulation",
-    "memory",
-    "dashboards",
-    "tabs",
-    "spectator",
-    "recordings",
-    "commands",
-    "experiments",
-)
-"""Folders whose files matter to compiled code only if they hold some themselves."""
+_HASHED = ("learning", "evolution", "body", "robot", "world")
+"""The packages whose code compiled functions are made of, beside `randomness.py` and this file."""
 
 
 @functools.cache
@@ -52,10 +40,15 @@ def cache_folder() -> Path:
         return Path(os.environ["NUMBA_CACHE_DIR"])
     root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     digest = hashlib.blake2b(version("numba").encode(), digest_size=8)
-    for source in sorted(Path(__file__).parent.rglob("*.py")):
-        content = source.read_bytes()
-        if b"@compiled" in content or source.parent.name not in _UNCOMPILED:
-            digest.update(content)
+    package = Path(__file__).parent
+    sources = [source for name in _HASHED for source in (package / name).rglob("*.py")]
+    sources += [
+        package / "randomness.py",
+        package / "compiled.py",
+        package / "in_process/colony.py",
+    ]
+    for source in sorted(sources):
+        digest.update(source.read_bytes())
     return Path(root) / "crcolony" / digest.hexdigest()
 
 

@@ -9,10 +9,11 @@ import msgspec
 import tomli_w
 from msgspec import Meta
 
+from crcolony.body.settings import WHEEL_LIMIT_M_S, CyberRodent
 from crcolony.errors import Refusal
 from crcolony.robot.settings import Heredity, Learning, Life
 from crcolony.world.arena_size import check_fit
-from crcolony.world.settings import WHEEL_LIMIT_M_S, Arena, CyberRodent
+from crcolony.world.settings import Arena
 
 
 class ConfigError(Refusal):

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from crcolony.commands import (
+from crcolony.commands.options import (
     UsageError,
     add_config,
     check_minutes,
@@ -44,8 +44,8 @@ def _evolve(options: argparse.Namespace) -> int:
         raise UsageError("--compare needs --seeds")
     if options.resume:
         return _resume(options)
-    from crcolony.colony.evolve import begin
-    from crcolony.colony.terminal import run_in_terminal
+    from crcolony.in_process.progress_display import run_in_terminal
+    from crcolony.in_process.run import begin
 
     config = load(options.config, settings_of(options))
     say_if_compiling()
@@ -59,8 +59,8 @@ def _resume(options: argparse.Namespace) -> int:
         raise UsageError(
             "--resume goes on with the folder's own config; other settings do not go with it"
         )
-    from crcolony.colony.evolve import resume
-    from crcolony.colony.terminal import run_in_terminal
+    from crcolony.in_process.progress_display import run_in_terminal
+    from crcolony.in_process.run import resume
 
     say_if_compiling()
     return run_in_terminal(*resume(options.out), minutes=options.minutes)
@@ -68,7 +68,7 @@ def _resume(options: argparse.Namespace) -> int:
 
 def _evolve_seeds(options: argparse.Namespace) -> int:
     from crcolony.config import load
-    from crcolony.experiments.survival import run_survival
+    from crcolony.experiments.paper3_survival import run_survival
 
     if options.seeds < 1:
         raise UsageError(f"--seeds {options.seeds}: must be at least 1")

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from crcolony.body.settings import CyberRodent
 from crcolony.learning.features import grid_axis, uniform_offsets
 from crcolony.randomness import new_streams
 from crcolony.robot.genes import module_genes, selector_inputs
 from crcolony.robot.modules import MODULES, LearningModule
 from crcolony.robot.settings import Learning, Life
 from crcolony.robot.state import Habits, Robots
-from crcolony.world.settings import CyberRodent
 
 
 def habits_of(

@@ -6,7 +6,7 @@ module, add a row; genes, selector and learning follow.
 
 from dataclasses import dataclass
 
-from crcolony.world import body
+from crcolony.body import contract
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,8 @@ class LearningModule:
     """The colour it shows on the robot's face"""
 
 
-FORAGING = LearningModule("foraging", body.PACK, body.CHARGE, False, False, (0.0, 1.0, 0.0))
-MATING = LearningModule("mating", body.FACE, body.ENCOUNTER, True, True, (1.0, 0.0, 0.0))
+FORAGING = LearningModule("foraging", contract.PACK, contract.CHARGE, False, False, (0.0, 1.0, 0.0))
+MATING = LearningModule("mating", contract.FACE, contract.ENCOUNTER, True, True, (1.0, 0.0, 0.0))
 
 MODULES = (FORAGING, MATING)
 """The first is what an agent does unless another module's selector output is above 0."""

@@ -10,16 +10,16 @@ from typing import Any
 
 import numpy as np
 
+from crcolony.body import contract
 from crcolony.compiled import FloatArray
 from crcolony.evolution.lineage import AgentId, Birth
 from crcolony.evolution.population import Child, Offspring, Subpopulation
 from crcolony.evolution.time_sharing import TimeSharing
 from crcolony.randomness import chance, generator
+from crcolony.robot.aot_step import Step, step_of
 from crcolony.robot.energy import conception_probability
-from crcolony.robot.ready_made import Step, step_of
 from crcolony.robot.settings import Life
 from crcolony.robot.state import SCRATCH, Habits, Robots
-from crcolony.world import body
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Robot:
         self._life = life
         self._time_sharing = time_sharing
         self._step: Step | None = None
-        self._action = np.zeros(body.ACTION_WIDTH)
+        self._action = np.zeros(contract.ACTION_WIDTH)
 
     @property
     def agent(self) -> int:

@@ -4,6 +4,7 @@ This is the readable definition and the compiled code at once, for one robot of 
 hand-over, a turnover) is only marked here, as an event, and done in `robot.py`.
 """
 
+from crcolony.body import contract
 from crcolony.compiled import FloatArray, compiled
 from crcolony.learning.features import grid_rbf_value, tile_indices
 from crcolony.learning.policies import greedy, hyperbolic_decay, softmax
@@ -13,7 +14,6 @@ from crcolony.randomness import draw
 from crcolony.robot.energy import next_energy
 from crcolony.robot.genes import ALPHA, GAMMA, LAMBDA, POTENTIAL, TAU, TAU_DECAY
 from crcolony.robot.state import DIED, MET, SLICE_OVER, Habits, Robots
-from crcolony.world import body
 
 
 @compiled
@@ -26,7 +26,7 @@ def step_robot(
     """
     agent = robots.agent[i]
     robots.events[i] = 0
-    for column in range(body.ACTION_WIDTH):
+    for column in range(contract.ACTION_WIDTH):
         action[column] = 0.0
     robots.steps[i] += 1
     robots.left[i] -= 1
@@ -57,14 +57,14 @@ def step_robots(
 @compiled
 def _live(robots: Robots, habits: Habits, i: int, agent: int, observation: FloatArray) -> None:
     """Spend and regain energy; count what was captured and who was met; die at 0."""
-    charge = observation[body.CHARGE]
+    charge = observation[contract.CHARGE]
     energy = next_energy(robots.energies[i, agent], charge, habits.energy_per_step)
     robots.energies[i, agent] = energy
     robots.lived[i, agent] += 1
     robots.felt[i, agent] += energy
-    if charge > 0.0 and observation[body.JAW_HOLDS] == 0.0:
+    if charge > 0.0 and observation[contract.JAW_HOLDS] == 0.0:
         robots.captures[i, agent] += 1
-    if observation[body.ENCOUNTER] > 0.0:
+    if observation[contract.ENCOUNTER] > 0.0:
         robots.matings[i, agent] += 1
         robots.events[i] += MET
     if energy <= 0.0:
@@ -84,7 +84,7 @@ def _perceive(robots: Robots, habits: Habits, i: int, observation: FloatArray) -
         target = habits.targets[m]
         if observation[target] > 0.0 and robots.rest[i, m] == 0:
             robots.visible[m] = 1.0
-            robots.sides[i, m] = 1 if observation[target + body.BEARING] < 0.0 else 0
+            robots.sides[i, m] = 1 if observation[target + contract.BEARING] < 0.0 else 0
 
 
 @compiled
@@ -158,8 +158,8 @@ def _look(
     own = habits.selector_genes + module * habits.module_genes
     potential = 0.0
     if robots.visible[module] > 0.0:
-        distance_m = observation[habits.targets[module] + body.DISTANCE]
-        bearing_rad = observation[habits.targets[module] + body.BEARING]
+        distance_m = observation[habits.targets[module] + contract.DISTANCE]
+        bearing_rad = observation[habits.targets[module] + contract.BEARING]
         robots.place[0] = distance_m
         robots.place[1] = bearing_rad
         tile_indices(
@@ -242,11 +242,11 @@ def _drive(robots: Robots, habits: Habits, i: int, action: FloatArray) -> None:
     """
     module = robots.module[i]
     chosen = robots.action[i]
-    action[body.WHEEL_LEFT] = habits.wheels[chosen, 0]
-    action[body.WHEEL_RIGHT] = habits.wheels[chosen, 1]
-    action[body.JAW] = 1.0
+    action[contract.WHEEL_LEFT] = habits.wheels[chosen, 0]
+    action[contract.WHEEL_RIGHT] = habits.wheels[chosen, 1]
+    action[contract.JAW] = 1.0
     if robots.rest[i, module] == 0:
-        action[body.BEACON] = habits.beacons[module]
+        action[contract.BEACON] = habits.beacons[module]
     for c in range(3):
-        action[body.LED + c] = habits.lamps[module, c]
-    action[body.TTL] = habits.action_ttl_s
+        action[contract.LED + c] = habits.lamps[module, c]
+    action[contract.TTL] = habits.action_ttl_s

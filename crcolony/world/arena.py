@@ -5,13 +5,15 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from crcolony.body import contract
+from crcolony.body.settings import CyberRodent, Noise
 from crcolony.compiled import FloatArray
 from crcolony.randomness import draw, new_streams
-from crcolony.world import body, settings
 from crcolony.world.arena_size import check_fit, pack_count, size_m
 from crcolony.world.neighbours import new_cells, sort_into_cells
 from crcolony.world.packs import place_pack
 from crcolony.world.physics import Space
+from crcolony.world.settings import Arena as ArenaSettings
 from crcolony.world.state import SAVED, Rules, World
 from crcolony.world.tick import advance, command, observe
 
@@ -32,8 +34,8 @@ class Arena:
     def __init__(
         self,
         robots: int,
-        arena: settings.Arena,
-        rodent: settings.CyberRodent,
+        arena: ArenaSettings,
+        rodent: CyberRodent,
         seed: int,
         embodied: bool = True,
     ) -> None:
@@ -59,8 +61,8 @@ class Arena:
             velocities=np.zeros((robots, 3)),
             speeds=np.zeros(robots),
             wheels=np.zeros((robots, 2)),
-            actions=np.zeros((robots, body.ACTION_WIDTH)),
-            pending=np.zeros((rodent.action_latency_steps + 1, robots, body.ACTION_WIDTH)),
+            actions=np.zeros((robots, contract.ACTION_WIDTH)),
+            pending=np.zeros((rodent.action_latency_steps + 1, robots, contract.ACTION_WIDTH)),
             left_s=np.zeros(robots),
             packs=np.zeros((packs, 2)),
             pack_colours=_COLOURS[np.arange(packs) % 3],
@@ -72,7 +74,7 @@ class Arena:
             partners=np.full(robots, -1),
             nonces=np.zeros(robots),
             observations=np.zeros(
-                (rodent.observation_latency_steps + 1, robots, body.OBSERVATION_WIDTH)
+                (rodent.observation_latency_steps + 1, robots, contract.OBSERVATION_WIDTH)
             ),
             stream=new_streams(seed, (0,), 1)[0],
             walls=inner_walls,
@@ -129,11 +131,11 @@ class Arena:
         world = self.world
         world.partners[world.partners == place] = -1
         rows = world.observations
-        met = (rows[..., body.ENCOUNTER] > 0.0) & (rows[..., body.ENCOUNTER_ROBOT] == place)
+        met = (rows[..., contract.ENCOUNTER] > 0.0) & (rows[..., contract.ENCOUNTER_ROBOT] == place)
         for column, nothing in (
-            (body.ENCOUNTER, 0.0),
-            (body.ENCOUNTER_ROBOT, -1.0),
-            (body.ENCOUNTER_NONCE, 0.0),
+            (contract.ENCOUNTER, 0.0),
+            (contract.ENCOUNTER_ROBOT, -1.0),
+            (contract.ENCOUNTER_NONCE, 0.0),
         ):
             rows[met, column] = nothing
 
@@ -145,7 +147,7 @@ class Arena:
 
     def act(self, robot: int, action: FloatArray) -> FloatArray:
         """Command one robot as `Body.act` says; return what will be applied."""
-        applied = body.clip_action(action)
+        applied = contract.clip_action(action)
         command(self.world, robot, applied)
         return applied
 
@@ -221,22 +223,22 @@ def _wall_clearance(wall: FloatArray, x: float, y: float) -> float:
     return float(np.hypot(*(to - share * along)))
 
 
-def _noise(noise: settings.Noise) -> FloatArray:
-    deviations = np.zeros(body.OBSERVATION_WIDTH)
-    for what in (body.PACK, body.FACE, body.TAIL):
-        deviations[what + body.DISTANCE] = noise.distance_m
-        deviations[what + body.BEARING] = noise.bearing_rad
-    deviations[body.IR_RANGE] = noise.proximity_m
-    deviations[body.PROXIMITY : body.PROXIMITY + body.PROXIMITY_SENSORS] = noise.proximity_m
-    deviations[body.GYRO] = noise.gyro_rad_s
-    deviations[body.ACCELERATION : body.ACCELERATION + 2] = noise.acceleration_m_s2
-    deviations[body.WHEELS : body.WHEELS + 2] = noise.wheel_m_s
+def _noise(noise: Noise) -> FloatArray:
+    deviations = np.zeros(contract.OBSERVATION_WIDTH)
+    for what in (contract.PACK, contract.FACE, contract.TAIL):
+        deviations[what + contract.DISTANCE] = noise.distance_m
+        deviations[what + contract.BEARING] = noise.bearing_rad
+    deviations[contract.IR_RANGE] = noise.proximity_m
+    deviations[contract.PROXIMITY : contract.PROXIMITY + contract.PROXIMITY_SENSORS] = (
+        noise.proximity_m
+    )
+    deviations[contract.GYRO] = noise.gyro_rad_s
+    deviations[contract.ACCELERATION : contract.ACCELERATION + 2] = noise.acceleration_m_s2
+    deviations[contract.WHEELS : contract.WHEELS + 2] = noise.wheel_m_s
     return deviations
 
 
-def _rules(
-    arena: settings.Arena, rodent: settings.CyberRodent, width_m: float, height_m: float
-) -> Rules:
+def _rules(arena: ArenaSettings, rodent: CyberRodent, width_m: float, height_m: float) -> Rules:
     return Rules(
         width_m=width_m,
         height_m=height_m,

@@ -2,7 +2,8 @@
 
 import math
 
-from crcolony.world.settings import Arena, CyberRodent
+from crcolony.body.settings import CyberRodent
+from crcolony.world.settings import Arena
 
 
 def size_m(arena: Arena, robots: int) -> tuple[float, float]:

@@ -2,12 +2,12 @@
 
 import math
 
+from crcolony.body import contract
 from crcolony.compiled import FloatArray, compiled
-from crcolony.world import body
-from crcolony.world.senses import wall_distance
+from crcolony.world.camera import wall_distance
 from crcolony.world.state import World
 
-_SENSORS = body.PROXIMITY_SENSORS
+_SENSORS = contract.PROXIMITY_SENSORS
 _SPREAD_RAD = math.pi
 """The seven look from -90 to +90 degrees."""
 
@@ -61,8 +61,10 @@ def feel(world: World, i: int, count: int, row: FloatArray) -> None:
     """Write the range sensor and the seven proximity sensors, all measured from the hull, into an observation."""
     hull_m = world.rules.radius_m
     range_m = world.rules.ir_range_m
-    row[body.IR_RANGE] = max(ray(world, i, count, 0.0, hull_m + range_m) - hull_m, 0.0)
+    row[contract.IR_RANGE] = max(ray(world, i, count, 0.0, hull_m + range_m) - hull_m, 0.0)
     reach_m = world.rules.proximity_range_m
     for k in range(_SENSORS):
         angle = _SPREAD_RAD * (k / (_SENSORS - 1) - 0.5)
-        row[body.PROXIMITY + k] = max(ray(world, i, count, angle, hull_m + reach_m) - hull_m, 0.0)
+        row[contract.PROXIMITY + k] = max(
+            ray(world, i, count, angle, hull_m + reach_m) - hull_m, 0.0
+        )

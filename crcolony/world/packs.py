@@ -2,11 +2,11 @@
 
 import math
 
+from crcolony.body import contract
 from crcolony.compiled import compiled
 from crcolony.randomness import draw
-from crcolony.world import body
+from crcolony.world.camera import in_view
 from crcolony.world.neighbours import find_near
-from crcolony.world.senses import in_view
 from crcolony.world.state import World
 
 _TRIES = 20
@@ -54,7 +54,7 @@ def work_jaws(world: World) -> None:
     """Let every closed jaw latch on a pack in reach and take its charge, and every open one let go."""
     for i in range(world.poses.shape[0]):
         world.charges[i] = 0.0
-        if world.actions[i, body.JAW] >= 0.5:
+        if world.actions[i, contract.JAW] >= 0.5:
             if world.holding[i] < 0:
                 _latch(world, i)
             if world.holding[i] >= 0:

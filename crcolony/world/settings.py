@@ -5,15 +5,10 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-WHEEL_LIMIT_M_S = 1.3
-"""The fastest a wheel turns."""
+from crcolony.body.settings import Angle, NotNegative, Positive
 
-Positive = Annotated[float, Meta(gt=0.0, le=1e4)]
-NotNegative = Annotated[float, Meta(ge=0.0, le=1e4)]
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
-Angle = Annotated[float, Meta(ge=0.0, le=3.141592653589793)]
 Place = Annotated[float, Meta(ge=-1e4, le=1e4)]
-Steps = Annotated[int, Meta(ge=0, le=100)]
 
 
 class Arena(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -43,45 +38,3 @@ class Arena(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     control_period_s: Positive = 0.2
     physics_steps: Annotated[int, Meta(ge=1, le=100)] = 1
     """Physics steps in a control period, at least: fast robots get as many as they need not to jump over a wall."""
-
-
-class Noise(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Standard deviations of what is added to every reading; 0 costs nothing."""
-
-    distance_m: NotNegative = 0.0
-    bearing_rad: NotNegative = 0.0
-    proximity_m: NotNegative = 0.0
-    gyro_rad_s: NotNegative = 0.0
-    acceleration_m_s2: NotNegative = 0.0
-    wheel_m_s: NotNegative = 0.0
-
-
-class CyberRodent(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The body of thesis 4.6: 22 cm, 1.75 kg, two wheels, at most 1.3 m/s. A sense switched off costs nothing."""
-
-    radius_m: Positive = 0.11
-    mass_kg: Positive = 1.75
-    track_m: Positive = 0.16
-    """Distance between the wheels."""
-    camera: bool = True
-    camera_range_m: Positive = 1.5
-    camera_half_angle_rad: Angle = 1.3089969389957472
-    occlusion: bool = True
-    """Bodies, pillars and inner walls hide what is behind them."""
-    infrared: bool = False
-    """The IR range sensor and the seven IR proximity sensors."""
-    ir_range_m: Positive = 1.0
-    proximity_range_m: Positive = 0.3
-    inertial: bool = False
-    """Gyro, accelerometer and wheel speeds."""
-    microphones: bool = False
-    hearing_range_m: Positive = 1.5
-    jaw_reach_m: Positive = 0.18
-    jaw_half_angle_rad: Angle = 0.5235987755982988
-    encounter_range_m: Positive = 0.45
-    encounter_half_angle_rad: Angle = 0.5235987755982988
-    noise: Noise = msgspec.field(default_factory=Noise)
-    observation_latency_steps: Steps = 0
-    action_latency_steps: Steps = 0
-    battery_drain_per_s: NotNegative = 0.0
-    """How fast the body's own battery runs down; a captured pack charges it too."""

@@ -9,20 +9,24 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from crcolony.body import contract
 from crcolony.compiled import FloatArray, compiled
 from crcolony.randomness import draw
-from crcolony.world import body
-from crcolony.world.encounters import report_encounters
+from crcolony.world.camera import hear, see_packs, see_robots
+from crcolony.world.encounter_detection import report_encounters
 from crcolony.world.infrared import feel
 from crcolony.world.neighbours import find_near, sort_into_cells
 from crcolony.world.packs import work_jaws
 from crcolony.world.physics import pull, push, step
-from crcolony.world.senses import hear, see_packs, see_robots
 from crcolony.world.state import World
 
 _LONGEST_STEP = 0.6
 """Share of its radius that a robot moves at most in one physics step."""
-_BEARINGS = (body.PACK + body.BEARING, body.FACE + body.BEARING, body.TAIL + body.BEARING)
+_BEARINGS = (
+    contract.PACK + contract.BEARING,
+    contract.FACE + contract.BEARING,
+    contract.TAIL + contract.BEARING,
+)
 
 
 @compiled
@@ -40,9 +44,9 @@ def command(world: World, i: int, action: FloatArray) -> None:
     """Give robot i a fresh action (within its limits); it acts after the configured latency, if it has a body."""
     if world.colonies[i] < 0:
         return
-    for column in range(body.ACTION_WIDTH):
+    for column in range(contract.ACTION_WIDTH):
         world.pending[0, i, column] = action[column]
-    world.left_s[i] = action[body.TTL]
+    world.left_s[i] = action[contract.TTL]
 
 
 @compiled
@@ -75,14 +79,14 @@ def _obey(world: World) -> None:
     for i in range(world.actions.shape[0]):
         is_stale = world.left_s[i] <= 0.0
         world.left_s[i] -= period_s
-        for column in range(body.ACTION_WIDTH):
+        for column in range(contract.ACTION_WIDTH):
             if is_stale:
                 world.pending[0, i, column] = 0.0
             world.actions[i, column] = world.pending[delay, i, column]
             for age in range(delay, 0, -1):
                 world.pending[age, i, column] = world.pending[age - 1, i, column]
-        world.wheels[i, 0] = world.actions[i, body.WHEEL_LEFT]
-        world.wheels[i, 1] = world.actions[i, body.WHEEL_RIGHT]
+        world.wheels[i, 0] = world.actions[i, contract.WHEEL_LEFT]
+        world.wheels[i, 1] = world.actions[i, contract.WHEEL_RIGHT]
 
 
 @compiled
@@ -168,26 +172,26 @@ def _balance(world: World, i: int, row: FloatArray) -> None:
     period_s = world.rules.period_s
     vx, vy, turn = world.velocities[i, 0], world.velocities[i, 1], world.velocities[i, 2]
     ahead = vx * world.headings[i, 0] + vy * world.headings[i, 1]
-    row[body.GYRO] = turn
-    row[body.ACCELERATION] = (ahead - world.speeds[i]) / period_s
-    row[body.ACCELERATION + 1] = ahead * turn
-    row[body.WHEELS] = world.wheels[i, 0]
-    row[body.WHEELS + 1] = world.wheels[i, 1]
+    row[contract.GYRO] = turn
+    row[contract.ACCELERATION] = (ahead - world.speeds[i]) / period_s
+    row[contract.ACCELERATION + 1] = ahead * turn
+    row[contract.WHEELS] = world.wheels[i, 0]
+    row[contract.WHEELS + 1] = world.wheels[i, 1]
     world.speeds[i] = ahead
 
 
 @compiled
 def _know_itself(world: World, i: int, row: FloatArray) -> None:
     """Write jaw, charge, the body's own battery, and the encounter."""
-    row[body.JAW_HOLDS] = 1.0 if world.holding[i] >= 0 else 0.0
-    row[body.CHARGE] = world.charges[i]
+    row[contract.JAW_HOLDS] = 1.0 if world.holding[i] >= 0 else 0.0
+    row[contract.CHARGE] = world.charges[i]
     level = world.batteries[i] - world.rules.battery_drain + world.charges[i]
     world.batteries[i] = min(max(level, 0.0), 1.0)
-    row[body.BATTERY] = world.batteries[i]
-    row[body.ENCOUNTER_ROBOT] = world.partners[i]
+    row[contract.BATTERY] = world.batteries[i]
+    row[contract.ENCOUNTER_ROBOT] = world.partners[i]
     if world.partners[i] >= 0:
-        row[body.ENCOUNTER] = 1.0
-        row[body.ENCOUNTER_NONCE] = world.nonces[i]
+        row[contract.ENCOUNTER] = 1.0
+        row[contract.ENCOUNTER_NONCE] = world.nonces[i]
 
 
 @compiled
@@ -195,10 +199,10 @@ def _blur(world: World, row: FloatArray) -> None:
     """Add Gaussian noise to what was sensed (Box and Muller 1958); what was not seen stays unseen."""
     for column in range(row.shape[0]):
         deviation = world.noise[column]
-        if deviation == 0.0 or (column < body.IR_RANGE and row[column] == 0.0):
+        if deviation == 0.0 or (column < contract.IR_RANGE and row[column] == 0.0):
             continue
         size = math.sqrt(-2.0 * math.log(1.0 - draw(world.stream)))
         row[column] += deviation * size * math.cos(2.0 * math.pi * draw(world.stream))
-        is_distance = column < body.GYRO and column not in _BEARINGS
+        is_distance = column < contract.GYRO and column not in _BEARINGS
         if is_distance and row[column] < 0.0:
             row[column] = 0.0

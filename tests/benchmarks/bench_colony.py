@@ -9,9 +9,9 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 
-from crcolony.colony.embedded import EmbeddedColony, tick
 from crcolony.compiled import FloatArray, compiled
 from crcolony.config import load
+from crcolony.in_process.colony import EmbeddedColony, tick
 from crcolony.robot.state import Habits, Robots
 from crcolony.robot.step import step_robots
 from crcolony.world.physics import pull, push, step
@@ -110,7 +110,7 @@ def whole_run(robots: int = 4, generations: int = 20) -> float:
     import tempfile
     from pathlib import Path
 
-    from crcolony.colony.evolve import begin, evolve
+    from crcolony.in_process.run import begin, evolve
 
     with tempfile.TemporaryDirectory() as folder:
         results, colony = begin(Path(folder), load(None, [f"generations={generations}"]))

@@ -19,10 +19,10 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-from crcolony.colony.network import free_port
-from tests.benchmarks import crowd
+from crcolony.transport.zenoh_session import free_port
 from tests.benchmarks.processes import child, commands, here
-from tests.system.viewer import decode, headless_viewer
+from tests.support import synthetic_colony
+from tests.support.rerun_viewer import decode, headless_viewer
 
 CROWDS = (4, 100, 1_000)
 SETTLED_S, MEASURED_S = 8.0, 20.0
@@ -39,7 +39,7 @@ def watched(
     """A crowd and its dashboard: the crowd's ear, the dashboard's process and folder, and where viewers find it."""
     with ExitStack() as stack:
         endpoint, port, out = here(), free_port(), folder / f"watched-{count}-{walks}"
-        ear = stack.enter_context(child(crowd.live, count, endpoint, walks))
+        ear = stack.enter_context(child(synthetic_colony.live, count, endpoint, walks))
         assert ear.recv() == "ready"
         line = ["dashboard", "--connect", endpoint, "--port", str(port), "--out", str(out)]
         (process,) = stack.enter_context(commands(folder / f"logs-{count}-{walks}", line))
@@ -64,7 +64,7 @@ def cpu_s(process: psutil.Process) -> float:
 
 def sent_by(ear: Connection) -> int:
     """Return how many bytes a crowd has published."""
-    ear.send(crowd.SENT)
+    ear.send(synthetic_colony.SENT)
     return int(ear.recv())
 
 
@@ -110,7 +110,7 @@ def measure_latency(folder: Path) -> None:
         late_s, picture_s = [], []
         for _ in range(JUMPS):
             before = viewer.picture("Arena")
-            ear.send(crowd.JUMP)
+            ear.send(synthetic_colony.JUMP)
             jumped_s = float(ear.recv())
             while True:
                 begun_s = time.monotonic()

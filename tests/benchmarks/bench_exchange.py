@@ -10,13 +10,21 @@ import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 
-from crcolony.colony import messages
-from crcolony.colony.identity import Identity
-from crcolony.colony.messages import Accept, Encounter, Propose, WireError
-from crcolony.colony.network import Network
-from crcolony.colony.raising import own_streams, raise_robots
 from crcolony.config import Config
+from crcolony.protocol.codec import WireError
+from crcolony.protocol.envelope import is_genuine, open_letter, seal
+from crcolony.protocol.identity import Identity
+from crcolony.protocol.mating_messages import (
+    Accept,
+    Encounter,
+    MatingMessage,
+    Propose,
+    pack_genes,
+    unpack_genes,
+)
+from crcolony.robot.factory import own_streams, raise_robots
 from crcolony.robot.genes import agent_schema
+from crcolony.transport.zenoh_session import Network
 from tests.benchmarks.processes import COLONY, Wire, child, here
 
 TURNS, PER_TURN = 10, 500
@@ -30,22 +38,22 @@ ME, PEER = Identity(bytes(32)), Identity(bytes([1]) * 32)
 def own_genes(identity: Identity) -> bytes:
     _, _, (robot,) = raise_robots(Config(), [identity.id.hex()], own_streams([identity.id]))
     robot.begin()
-    return messages.pack_genes(robot.exchange().genes)
+    return pack_genes(robot.exchange().genes)
 
 
-def read(letter: bytes) -> messages.Mating:
+def read(letter: bytes) -> MatingMessage:
     """Open a letter as a robot that waits for it does; raises WireError."""
-    sealed, message = messages.open_letter(letter)
-    if not messages.is_genuine(sealed, COLONY):
+    sealed, message = open_letter(letter)
+    if not is_genuine(sealed, COLONY):
         raise WireError("forged")
     assert isinstance(message, Propose | Accept)
-    messages.unpack_genes(message.genes, SCHEMA)
+    unpack_genes(message.genes, SCHEMA)
     return message
 
 
 def propose(count: int, genes: bytes) -> bytes:
     encounter = Encounter(ME.id, PEER.id, 1, count)
-    return messages.seal(Propose(encounter, count, DIGEST, "me/1", genes), COLONY, ME)
+    return seal(Propose(encounter, count, DIGEST, "me/1", genes), COLONY, ME)
 
 
 def respond(connection: Connection, network: Network) -> None:
@@ -64,7 +72,7 @@ def respond(connection: Connection, network: Network) -> None:
             message = read(data)
             assert isinstance(message, Propose)
             accept = Accept(message.encounter, message.nonce, DIGEST, "peer/1", genes)
-            wire.put("bench/back", messages.seal(accept, COLONY, PEER))
+            wire.put("bench/back", seal(accept, COLONY, PEER))
 
 
 def rate(times: int, run: Callable[[], None]) -> float:

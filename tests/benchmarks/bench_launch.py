@@ -12,10 +12,10 @@ import tempfile
 import time
 from pathlib import Path
 
-from crcolony.colony import telemetry
-from crcolony.colony.keys import ColonyKeys
-from crcolony.colony.messages import WireError
-from crcolony.colony.network import Network
+from crcolony.protocol.codec import WireError
+from crcolony.protocol.key_expressions import ColonyKeys
+from crcolony.protocol.telemetry_messages import Exchanged, decode_state, decode_told
+from crcolony.transport.zenoh_session import Network
 from tests.benchmarks.processes import COLONY, Wire, here, stop
 
 ROBOTS, REPEATS = 4, 3
@@ -47,12 +47,12 @@ def _watch(wire: Wire, start_s: float) -> tuple[float, float]:
     while not (seen_s and mated_s):
         data, now_s = wire.get(), time.perf_counter()
         with contextlib.suppress(WireError):
-            state = telemetry.decode_state(data)
+            state = decode_state(data)
             peers[state.robot] = state.peers
             if list(peers.values()) == [ROBOTS - 1] * ROBOTS:
                 seen_s = seen_s or now_s - start_s
         with contextlib.suppress(WireError):
-            if isinstance(telemetry.decode_told(data).event, telemetry.Exchanged):
+            if isinstance(decode_told(data).event, Exchanged):
                 mated_s = mated_s or now_s - start_s
     return seen_s, mated_s
 

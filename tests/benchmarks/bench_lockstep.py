@@ -21,11 +21,12 @@ import numpy as np
 import zenoh
 from zenoh.handlers import Callback
 
-from crcolony.colony import telemetry
-from crcolony.colony.keys import ArenaKeys
-from crcolony.colony.messages import Action, Observation, encode, pack_row
-from crcolony.colony.network import Network
-from crcolony.world.body import ACTION_WIDTH, OBSERVATION_WIDTH
+from crcolony.body.contract import ACTION_WIDTH, OBSERVATION_WIDTH
+from crcolony.protocol.body_messages import Action, Observation, pack_row
+from crcolony.protocol.codec import encode
+from crcolony.protocol.key_expressions import ArenaKeys
+from crcolony.protocol.telemetry_messages import decode_scene
+from crcolony.transport.zenoh_session import Network
 from tests.benchmarks.processes import ARENA, COLONY, Wire, child, commands, here
 
 ROBOTS = 4
@@ -113,7 +114,7 @@ def lockstep(endpoint: str, folder: Path) -> float:
     with commands(folder, *lines), scenes as wire:
         first = None
         while True:
-            scene, now_s = telemetry.decode_scene(wire.get()), time.perf_counter()
+            scene, now_s = decode_scene(wire.get()), time.perf_counter()
             if first is None and scene.tick > WARM_TICKS:
                 first = scene.tick, now_s
             elif first is not None and now_s >= first[1] + MEASURED_S:

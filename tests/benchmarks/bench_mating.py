@@ -17,20 +17,21 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from crcolony.colony import messages
-from crcolony.colony.identity import Identity, is_signed
-from crcolony.colony.inbox import Inbox
-from crcolony.colony.memory.store import Store
-from crcolony.colony.messages import Accept, Commit, Contact, Done, Encounter, Propose
-from crcolony.colony.network import Network, open_session
-from crcolony.colony.node import RobotNode
-from crcolony.colony.raising import own_streams, raise_robots
-from crcolony.colony.telemetry import Event, Exchanged
-from crcolony.colony.transport import Mail, RobotSeen
-from crcolony.colony.zenoh_transport import RobotTransport
 from crcolony.config import Config
+from crcolony.nodes.robot_node import RobotNode
+from crcolony.protocol.body_messages import Contact
+from crcolony.protocol.envelope import open_letter, seal
+from crcolony.protocol.identity import Identity, is_signed
+from crcolony.protocol.mating_messages import Accept, Commit, Done, Encounter, Propose, pack_genes
+from crcolony.protocol.telemetry_messages import Exchanged, RobotEvent
+from crcolony.robot.factory import own_streams, raise_robots
 from crcolony.robot.genes import agent_schema
 from crcolony.robot.state import MET
+from crcolony.storage.store import Store
+from crcolony.transport.inbox import Inbox
+from crcolony.transport.interface import Mail, RobotSeen
+from crcolony.transport.zenoh_robots import RobotTransport
+from crcolony.transport.zenoh_session import Network, open_session
 from tests.benchmarks.processes import ARENA, COLONY, Wire, child, here
 
 TURNS = 300
@@ -60,7 +61,7 @@ class Partner:
         self.tick = 0
         self._events = batch.events[robot.row : robot.row + 1]
 
-    def _hear(self, event: Event) -> None:
+    def _hear(self, event: RobotEvent) -> None:
         if isinstance(event, Exchanged):
             self.decided_s = time.monotonic()
 
@@ -196,7 +197,7 @@ def commits_into(
 def signatures_of(sealed: list[bytes]) -> Callable[[], float]:
     """Return what signs and verifies the letters until both have decided, and tells how long that took."""
     me = Identity(bytes(32))
-    contents = [messages.open_letter(letter)[0].content for letter in sealed[:3]]
+    contents = [open_letter(letter)[0].content for letter in sealed[:3]]
 
     def sign_and_verify() -> float:
         start = time.perf_counter()
@@ -213,10 +214,10 @@ def letters() -> list[bytes]:
     _, _, (robot,) = raise_robots(Config(), [me.id.hex()], own_streams([me.id]))
     robot.begin()
     own = robot.exchange()
-    genes, schema = messages.pack_genes(own.genes), bytes.fromhex(robot.subpopulation.schema.digest)
+    genes, schema = pack_genes(own.genes), bytes.fromhex(robot.subpopulation.schema.digest)
     encounter = Encounter(me.id, peer.id, int(time.time()), 1000)
     return [
-        messages.seal(message, COLONY, sender)
+        seal(message, COLONY, sender)
         for message, sender in (
             (Propose(encounter, 2**40, schema, own.agent, genes), me),
             (Accept(encounter, 2**40, schema, own.agent, genes), peer),

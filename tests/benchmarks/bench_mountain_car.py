@@ -15,8 +15,8 @@ import numpy as np
 from crcolony.compiled import FloatArray
 from crcolony.learning.features import TileCoding, uniform_offsets
 from crcolony.learning.sarsa_lambda import SarsaLambda
-from tests.oracles.dense_sarsa_lambda import DenseSarsaLambda
-from tests.oracles.mountain_car import ACTIONS, drive_episodes, random_starts
+from tests.support.oracles.dense_sarsa_lambda import DenseSarsaLambda
+from tests.support.oracles.mountain_car import ACTIONS, drive_episodes, random_starts
 
 REPEATS = 5
 CODING = TileCoding(

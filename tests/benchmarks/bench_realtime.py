@@ -17,8 +17,8 @@ import psutil
 import zenoh
 from zenoh.handlers import Callback
 
-from crcolony.colony.keys import ArenaKeys
-from crcolony.colony.network import Network, open_session
+from crcolony.protocol.key_expressions import ArenaKeys
+from crcolony.transport.zenoh_session import Network, open_session
 from tests.benchmarks.processes import ARENA, COLONY, here, start, stop
 
 CROWDS = (8, 16, 24, 32)
@@ -27,7 +27,7 @@ MEASURED_S, SETTLED_S, PATIENCE_S = 6.0, 1.5, 15.0
 MIB = 2**20
 PARTS = {
     "python with numpy": "import numpy",
-    "the control step and all that is imported": "from crcolony.colony.processes.start import *;"
+    "the control step and all that is imported": "from crcolony.runtime.start_robot import *;"
     "from crcolony.config import *; config = Config(); warm_up(config)",
     "a robot's weights": "robot = raise_robots(config, ['0'], numbered_streams(0, 0, 1))",
     "sqlite": "memory = Store(Path(FOLDER) / 'memory', bytes(16), bytes(16)); memory.begin_life(1)",

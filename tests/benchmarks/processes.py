@@ -15,7 +15,7 @@ from typing import Any
 import zenoh
 from zenoh.handlers import Callback
 
-from crcolony.colony.network import Network, free_port, open_session
+from crcolony.transport.zenoh_session import Network, free_port, open_session
 
 COLONY, ARENA = "bench", "bench"
 _SPAWN = multiprocessing.get_context("spawn")

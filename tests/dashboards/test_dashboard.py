@@ -5,17 +5,17 @@ from typing import Any, cast
 
 import pytest
 import rerun.blueprint as rrb
+from crcolony_dashboards.dashboard import Dashboard
+from crcolony_dashboards.rerun_streams import Moment
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crcolony.colony.census import FORGET_S
-from crcolony.colony.news import Appeared, Vanished
-from crcolony.colony.telemetry import Event, Fault
-from crcolony.colony.watch import Watch
-from crcolony.dashboards.dashboard import Dashboard
-from crcolony.dashboards.stage import Moment
-from tests.dashboards.hearsay import IDS, SCHEMA, Hearsay, T, agent, born, lived, mated, met
-from tests.dashboards.recording import Drawing, RecordingStage
+from crcolony.protocol.telemetry_messages import Fault, RobotEvent
+from crcolony.telemetry.colony_monitor import Watch
+from crcolony.telemetry.presence import FORGET_S
+from crcolony.telemetry.status_changes import Appeared, Vanished
+from tests.support.drawn import Drawing, RecordingStage
+from tests.support.fake_telemetry import IDS, SCHEMA, Hearsay, T, agent, born, lived, mated, met
 
 TABS = ["Arena", "Life", "Evolution", "Lineage", "Network", "Log"]
 
@@ -216,7 +216,7 @@ def test_no_nonsense_stops_it(data: st.DataObject) -> None:
         robot = data.draw(st.integers(0, 2))
         match data.draw(st.sampled_from(["event", "scene", "state", "about", "go", "come"])):
             case "event":
-                event: Event = data.draw(EVENTS)
+                event: RobotEvent = data.draw(EVENTS)
                 told_s = data.draw(st.sampled_from([None, 0.0, 9e12]))
                 heard.tell(robot, event, told_s=told_s)
             case "scene":

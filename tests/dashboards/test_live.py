@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from crcolony.dashboards.live import Presence, free_name
+from crcolony_dashboards.live import Presence, free_name
 
 LOOKING, GONE = "no colony on the network yet; looking …", "nobody is there any more; looking …"
 

@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 import pytest
+from crcolony_dashboards.replay import REPLAY, run_replay
 from rerun.chunk import RrdReader
 
-from crcolony.colony.identity import seeded
-from crcolony.colony.results import read_table
-from crcolony.dashboards.recordings.past_run import PastRunError, read_run
-from crcolony.dashboards.recordings.resimulation import HistoryDiffersError, Windows, resimulate
-from crcolony.dashboards.recordings.telemetry_file import FILE_NAME, TelemetryError, TelemetryFile
-from crcolony.dashboards.replay import REPLAY, run_replay
+from crcolony.protocol.identity import seeded
+from crcolony.recordings.past_run import PastRunError, read_run
+from crcolony.recordings.resimulation import HistoryDiffersError, Windows, resimulate
+from crcolony.recordings.telemetry_file import FILE_NAME, TelemetryError, TelemetryFile
+from crcolony.results.generation_table import read_table
 from crcolony.world.arena import Arena
-from tests.colony.small import small
-from tests.dashboards.recordings.runs import run
+from tests.support.runs import run
+from tests.support.small_colony import small
 
 WINDOWS = Windows(length_s=5.0)
 

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.system.cabled import FAULTS, Cabled, cabled, detection_s, outcomes
-from tests.system.ledger import check_ledger
-from tests.system.namespaces import why_not
+from tests.support.colony_in_namespaces import FAULTS, Cabled, cabled, detection_s, outcomes
+from tests.support.mating_audit import check_ledger
+from tests.support.namespaces import why_not
 
 SHARES = (0.0, 0.1, 0.2, 0.4)
 

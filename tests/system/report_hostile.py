@@ -8,8 +8,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tests.system.hostile import ATTACKS
-from tests.system.siege import HZ, ROBOTS, Figures, siege
+from tests.support.attack import HZ, ROBOTS, Figures, siege
+from tests.support.hostile_peer import ATTACKS
 
 SECONDS = 15.0
 

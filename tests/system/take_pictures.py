@@ -10,12 +10,12 @@ import tempfile
 import time
 from pathlib import Path
 
+from crcolony_dashboards.rerun_streams import check_rerun
 from PIL import Image
 
 from crcolony.config import load
-from crcolony.dashboards.stage import check_rerun
-from tests.system.colony import crcolony
-from tests.system.viewer import headless_viewer_of
+from tests.support.process_colony import crcolony
+from tests.support.rerun_viewer import headless_viewer_of
 
 TABS = ("arena", "life", "evolution", "lineage", "network", "log")
 COLONIES = {

@@ -9,13 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from crcolony_dashboards.tabs import palette
 
-from crcolony.colony.network import Network, open_session
-from crcolony.colony.telemetry import Scene, SeenRobot
-from crcolony.dashboards.tabs import palette
-from tests.system.colony import Colony, Process, colony, wait_until
-from tests.system.viewer import HeadlessViewer, Picture, headless_viewer
-from tests.system.witness import BODY_M, Witness, room_m
+from crcolony.protocol.telemetry_messages import Scene, SeenRobot
+from crcolony.transport.zenoh_session import Network, open_session
+from tests.support.process import Process, wait_until
+from tests.support.process_colony import Colony, colony
+from tests.support.rerun_viewer import HeadlessViewer, Picture, headless_viewer
+from tests.support.telemetry_recorder import BODY_M, Witness, room_m
 
 ROBOTS = 4
 HUNGRY = ("life.initial_energy=0.6", "life.energy_per_step=0.004", "arena.packs=2")

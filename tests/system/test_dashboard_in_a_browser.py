@@ -4,11 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from crcolony_dashboards.tabs import palette
 from numpy.typing import NDArray
 
-from crcolony.dashboards.tabs import palette
-from tests.system.browser import CHROMIUM, browser_at, picture_of
-from tests.system.colony import colony, settings, wait_until
+from tests.support.browser import CHROMIUM, browser_at, picture_of
+from tests.support.process import wait_until
+from tests.support.process_colony import colony, settings
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here")

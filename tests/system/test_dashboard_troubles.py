@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from crcolony.colony.keys import ColonyKeys
-from crcolony.colony.network import Network, free_port, open_session
-from tests.system.colony import Colony, Process, colony, crcolony, wait_until
+from crcolony.protocol.key_expressions import ColonyKeys
+from crcolony.transport.zenoh_session import Network, free_port, open_session
+from tests.support.process import Process, wait_until
+from tests.support.process_colony import Colony, colony, crcolony
 
 QUICK = ("--no-recording",)
 

@@ -12,10 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from crcolony.colony.telemetry import State
-from tests.system.colony import settle, wait_until
-from tests.system.ledger import check_ledger
-from tests.system.siege import HZ, Figures, Siege, siege
+from crcolony.protocol.telemetry_messages import State
+from tests.support.attack import HZ, Figures, Siege, siege
+from tests.support.mating_audit import check_ledger
+from tests.support.process import wait_until
+from tests.support.process_colony import settle
 
 CALM_S, ATTACK_S = 3.0, 6.0
 LEAST_MATED = 0.8

@@ -10,9 +10,10 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.system.colony import Colony, Process, View, colony, settings, settle, wait_until
-from tests.system.ledger import check_ledger
-from tests.system.observer import Stated
+from tests.support.mating_audit import check_ledger
+from tests.support.observer import Stated
+from tests.support.process import Process, wait_until
+from tests.support.process_colony import Colony, View, colony, settings, settle
 
 HZ = 30.0
 CLOCK = ("--hz", str(HZ))

@@ -3,12 +3,13 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from crcolony.colony.chronicle import read_chronicle
-from crcolony.colony.memory.store import read_memory
-from crcolony.colony.network import free_port
-from tests.system.colony import Colony, colony, settings, settle, wait_until
-from tests.system.ledger import check_ledger
-from tests.system.namespaces import hosts, needs_namespaces
+from crcolony.results.merge_histories import read_chronicle
+from crcolony.storage.reading import read_memory
+from crcolony.transport.zenoh_session import free_port
+from tests.support.mating_audit import check_ledger
+from tests.support.namespaces import hosts, needs_namespaces
+from tests.support.process import wait_until
+from tests.support.process_colony import Colony, colony, settings, settle
 
 CLOCK = ("--hz", "30")
 

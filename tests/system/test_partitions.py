@@ -5,10 +5,10 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.system.cabled import FAULTS, Cabled, Fault, cabled, detection_s, outcomes
-from tests.system.colony import wait_until
-from tests.system.ledger import check_ledger
-from tests.system.namespaces import needs_namespaces
+from tests.support.colony_in_namespaces import FAULTS, Cabled, Fault, cabled, detection_s, outcomes
+from tests.support.mating_audit import check_ledger
+from tests.support.namespaces import needs_namespaces
+from tests.support.process import wait_until
 
 pytestmark = needs_namespaces
 

@@ -6,10 +6,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from crcolony.colony.memory.store import read_memory
-from tests.system.colony import ROOT, Colony, Process, View, colony, settings, wait_until
-from tests.system.ledger import check_ledger
-from tests.system.namespaces import Host, hosts, needs_namespaces
+from crcolony.storage.reading import read_memory
+from tests.support.mating_audit import check_ledger
+from tests.support.namespaces import Host, hosts, needs_namespaces
+from tests.support.paths import ROOT
+from tests.support.process import Process, wait_until
+from tests.support.process_colony import Colony, View, colony, settings
 
 pytestmark = needs_namespaces
 

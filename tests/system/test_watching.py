@@ -7,25 +7,25 @@ from typing import get_args
 import msgspec
 import pytest
 
-from crcolony.colony.history import Born
-from crcolony.colony.keys import ColonyKeys
-from crcolony.colony.messages import BODY_BYTES
-from crcolony.colony.network import Network, free_port, open_session
-from crcolony.colony.processes import watcher
-from crcolony.colony.processes.watcher import Watcher
-from crcolony.colony.telemetry import Told
-from crcolony.colony.watch import (
+from crcolony.evolution.history import Born
+from crcolony.protocol.codec import BODY_BYTES
+from crcolony.protocol.key_expressions import ColonyKeys
+from crcolony.protocol.telemetry_messages import Told
+from crcolony.telemetry import subscriber
+from crcolony.telemetry.colony_monitor import Heard, Kind
+from crcolony.telemetry.robot_status import WatchedArena
+from crcolony.telemetry.status_changes import (
     Appeared,
     ArenaAppeared,
     Happened,
-    Heard,
-    Kind,
     News,
     Restarted,
     Vanished,
-    WatchedArena,
 )
-from tests.system.colony import Robot, colony, wait_until
+from crcolony.telemetry.subscriber import Watcher
+from crcolony.transport.zenoh_session import Network, free_port, open_session
+from tests.support.process import Robot, wait_until
+from tests.support.process_colony import colony
 
 ROBOTS = 3
 
@@ -128,7 +128,7 @@ def test_who_comes_late_learns_what_was_before_and_sees_who_dies_and_comes_back(
 
 def test_too_much_at_once_is_dropped_and_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     """Tokens have twice the room, since they are not said again; what is longer than a message may be is not kept."""
-    monkeypatch.setattr(watcher, "_MOST_WAITING", 10)
+    monkeypatch.setattr(subscriber, "_MOST_WAITING", 10)
     of = ColonyKeys("blue")
     heard: list[Heard] = []
     with open_session(Network(listen=(f"tcp/127.0.0.1:{free_port()}",))) as session:

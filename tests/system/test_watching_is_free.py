@@ -12,10 +12,11 @@ import pytest
 import zenoh
 from zenoh.handlers import Callback
 
-from crcolony.colony.keys import ROOT
-from crcolony.colony.network import Network, open_session
-from tests.system.colony import colony, settings, wait_until
-from tests.system.viewer import headless_viewer
+from crcolony.protocol.key_expressions import ROOT
+from crcolony.transport.zenoh_session import Network, open_session
+from tests.support.process import wait_until
+from tests.support.process_colony import colony, settings
+from tests.support.rerun_viewer import headless_viewer
 
 HZ = 30.0
 SECONDS = 4.0

@@ -9,79 +9,113 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from crcolony.colony import history, messages, telemetry
-from crcolony.colony.identity import seeded
-from crcolony.world.body import ACTION_WIDTH, OBSERVATION_WIDTH
+from crcolony.body.contract import ACTION_WIDTH, OBSERVATION_WIDTH
+from crcolony.evolution.history import Born, Died, Lived, TurnedOver
+from crcolony.protocol.body_messages import (
+    Action,
+    Contact,
+    Embodied,
+    Join,
+    Leave,
+    Observation,
+    Refused,
+    pack_row,
+)
+from crcolony.protocol.codec import Message, encode
+from crcolony.protocol.envelope import seal
+from crcolony.protocol.identity import seeded
+from crcolony.protocol.mating_messages import (
+    BY_INITIATOR,
+    Abort,
+    Accept,
+    Commit,
+    Done,
+    Encounter,
+    MatingMessage,
+    Propose,
+    Refuse,
+    pack_genes,
+)
+from crcolony.protocol.telemetry_messages import (
+    AboutArena,
+    AboutRobot,
+    Ask,
+    Ended,
+    Exchanged,
+    Fault,
+    Met,
+    Past,
+    RobotEvent,
+    Scene,
+    SeenPack,
+    SeenRobot,
+    State,
+    Told,
+)
 
 FOLDER = Path(__file__).parent
 COLONY = "vectors"
 
 INITIATOR, RESPONDER = sorted((seeded(COLONY, 1, k) for k in range(2)), key=lambda key: key.id)
-ENCOUNTER = messages.Encounter(INITIATOR.id, RESPONDER.id, life=3, count=300)
+ENCOUNTER = Encounter(INITIATOR.id, RESPONDER.id, life=3, count=300)
 NONCE = 0x1234_5678_9ABC
 SCHEMA = bytes(range(16))
 INITIATORS_GENES = np.array([0.0, 1.5, -2.25, 1.0 / 3.0, 5e-324])
 RESPONDERS_GENES = np.array([-0.0, 0.999, 1e300, -1e-9, 2.0])
 
-LETTERS: dict[str, messages.Mating] = {
-    "propose": messages.Propose(
-        ENCOUNTER, NONCE, SCHEMA, "agent-17", messages.pack_genes(INITIATORS_GENES)
-    ),
-    "accept": messages.Accept(
-        ENCOUNTER, NONCE, SCHEMA, "Ähnlich 3", messages.pack_genes(RESPONDERS_GENES)
-    ),
-    "refuse": messages.Refuse(ENCOUNTER, "busy"),
-    "commit": messages.Commit(ENCOUNTER),
-    "abort": messages.Abort(ENCOUNTER),
-    "done": messages.Done(ENCOUNTER),
+LETTERS: dict[str, MatingMessage] = {
+    "propose": Propose(ENCOUNTER, NONCE, SCHEMA, "agent-17", pack_genes(INITIATORS_GENES)),
+    "accept": Accept(ENCOUNTER, NONCE, SCHEMA, "Ähnlich 3", pack_genes(RESPONDERS_GENES)),
+    "refuse": Refuse(ENCOUNTER, "busy"),
+    "commit": Commit(ENCOUNTER),
+    "abort": Abort(ENCOUNTER),
+    "done": Done(ENCOUNTER),
 }
 """What is in each sealed letter."""
 
-BODIES: dict[str, messages.Message] = {
-    "join": messages.Join(INITIATOR.id, COLONY, -1),
-    "embodied": messages.Embodied(
+BODIES: dict[str, Message] = {
+    "join": Join(INITIATOR.id, COLONY, -1),
+    "embodied": Embodied(
         place=2, world=2**61, tick=70_000, period_s=0.2, lockstep=False, body='{"camera_m":1.5}'
     ),
-    "refused": messages.Refused("every place is taken"),
-    "leave": messages.Leave(INITIATOR.id),
-    "observation": messages.Observation(
+    "refused": Refused("every place is taken"),
+    "leave": Leave(INITIATOR.id),
+    "observation": Observation(
         world=2**61,
         tick=70_000,
-        row=messages.pack_row(np.arange(OBSERVATION_WIDTH) / 8.0 - 2.0),
-        contact=messages.Contact(RESPONDER.id, NONCE),
+        row=pack_row(np.arange(OBSERVATION_WIDTH) / 8.0 - 2.0),
+        contact=Contact(RESPONDER.id, NONCE),
     ),
-    "observation_alone": messages.Observation(
-        world=0, tick=0, row=messages.pack_row(np.zeros(OBSERVATION_WIDTH)), contact=None
+    "observation_alone": Observation(
+        world=0, tick=0, row=pack_row(np.zeros(OBSERVATION_WIDTH)), contact=None
     ),
-    "action": messages.Action(70_000, messages.pack_row(np.arange(ACTION_WIDTH) / 32.0)),
+    "action": Action(70_000, pack_row(np.arange(ACTION_WIDTH) / 32.0)),
 }
 """What robots and bodies say to each other; no letter is around it."""
 
 
 AGENT, OTHER = f"{INITIATOR.id.hex()}/17", f"{RESPONDER.id.hex()}/3"
 
-EVENTS: dict[str, telemetry.Event] = {
-    "met": telemetry.Met(70_000, RESPONDER.id, AGENT),
-    "ended": telemetry.Ended(70_001, "refused", RESPONDER.id, ENCOUNTER, "busy"),
-    "exchanged": telemetry.Exchanged(70_000, ENCOUNTER, AGENT, OTHER, 0.75, True, False),
-    "born": history.Born(
-        0, 2, 0, AGENT, "00ff", messages.pack_genes(INITIATORS_GENES), None, OTHER
-    ),
-    "died": history.Died(9, 2, AGENT),
-    "lived": history.Lived(9, 2, 0, AGENT, 1200, 0.5, 3, 1),
-    "turned_over": history.TurnedOver(9, 2, 1, 7),
-    "fault": telemetry.Fault(9, "the arena is gone"),
+EVENTS: dict[str, RobotEvent] = {
+    "met": Met(70_000, RESPONDER.id, AGENT),
+    "ended": Ended(70_001, "refused", RESPONDER.id, ENCOUNTER, "busy"),
+    "exchanged": Exchanged(70_000, ENCOUNTER, AGENT, OTHER, 0.75, True, False),
+    "born": Born(0, 2, 0, AGENT, "00ff", pack_genes(INITIATORS_GENES), None, OTHER),
+    "died": Died(9, 2, AGENT),
+    "lived": Lived(9, 2, 0, AGENT, 1200, 0.5, 3, 1),
+    "turned_over": TurnedOver(9, 2, 1, 7),
+    "fault": Fault(9, "the arena is gone"),
 }
 """What a robot tells, each numbered and in a `told` of its own."""
 
 TOLD = {
-    f"told_{name}": telemetry.Told(INITIATOR.id, 3, seq, 1_790_000_000_000, event)
+    f"told_{name}": Told(INITIATOR.id, 3, seq, 1_790_000_000_000, event)
     for seq, (name, event) in enumerate(EVENTS.items(), 1)
 }
 
-TELEMETRY: dict[str, messages.Message] = {
+TELEMETRY: dict[str, Message] = {
     **TOLD,
-    "state": telemetry.State(
+    "state": State(
         robot=INITIATOR.id,
         number=2,
         arena="",
@@ -106,13 +140,11 @@ TELEMETRY: dict[str, messages.Message] = {
         faults=5,
         period_ms=200.5,
     ),
-    "ask": telemetry.Ask(3, 2),
-    "past": telemetry.Past(3, 1, [messages.encode(TOLD["told_met"])]),
-    "about_robot": telemetry.AboutRobot(
-        INITIATOR.id, 3, '{"body":{"camera_m":1.5}}', [RESPONDER.id]
-    ),
-    "about_arena": telemetry.AboutArena("lab", 2**61, '{"arena":{"packs":8}}'),
-    "scene": telemetry.Scene(
+    "ask": Ask(3, 2),
+    "past": Past(3, 1, [encode(TOLD["told_met"])]),
+    "about_robot": AboutRobot(INITIATOR.id, 3, '{"body":{"camera_m":1.5}}', [RESPONDER.id]),
+    "about_arena": AboutArena("lab", 2**61, '{"arena":{"packs":8}}'),
+    "scene": Scene(
         arena="lab",
         world=2**61,
         seq=12,
@@ -121,10 +153,8 @@ TELEMETRY: dict[str, messages.Message] = {
         period_s=0.2,
         width_m=2.5,
         height_m=2.0,
-        robots=[
-            telemetry.SeenRobot(INITIATOR.id, COLONY, 0.5, -0.25, 3.0, True, 1.0, 0.0, 0.0, False)
-        ],
-        packs=[telemetry.SeenPack(-1.0, 0.5, 0.0, 1.0, 0.0, 0.4)],
+        robots=[SeenRobot(INITIATOR.id, COLONY, 0.5, -0.25, 3.0, True, 1.0, 0.0, 0.0, False)],
+        packs=[SeenPack(-1.0, 0.5, 0.0, 1.0, 0.0, 0.4)],
     ),
 }
 """What observers hear."""
@@ -134,11 +164,11 @@ def make() -> dict[str, bytes]:
     """Return the bytes of every vector by the name of its file."""
     vectors = {}
     for name, letter in LETTERS.items():
-        is_initiators = isinstance(letter, messages.BY_INITIATOR)
+        is_initiators = isinstance(letter, BY_INITIATOR)
         sender = INITIATOR if is_initiators else RESPONDER
-        vectors[f"{name}.msgpack"] = messages.seal(letter, COLONY, sender)
+        vectors[f"{name}.msgpack"] = seal(letter, COLONY, sender)
     for name, message in {**BODIES, **TELEMETRY}.items():
-        vectors[f"{name}.msgpack"] = messages.encode(message)
+        vectors[f"{name}.msgpack"] = encode(message)
     return vectors
 
 

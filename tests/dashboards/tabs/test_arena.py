@@ -4,15 +4,15 @@ import json
 
 import numpy as np
 import pytest
+from crcolony_dashboards.tabs import palette
+from crcolony_dashboards.tabs.arena import ROOT, ArenaTab, field_rim, fit
+from crcolony_dashboards.view_model.colony_view import MATING_S, MEETING_S
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from crcolony.colony.telemetry import STALE_S
-from crcolony.dashboards.spectator.spectator import MATING_S, MEETING_S
-from crcolony.dashboards.tabs import palette
-from crcolony.dashboards.tabs.arena import ROOT, ArenaTab, field_rim, fit
-from tests.dashboards.hearsay import NATURE, Hearsay, mated, met
-from tests.dashboards.recording import RecordingStage, Show
+from crcolony.protocol.telemetry_messages import STALE_S
+from tests.support.drawn import RecordingStage, Show
+from tests.support.fake_telemetry import NATURE, Hearsay, mated, met
 
 ROBOTS = [f"{ROOT}/{what}" for what in ("energy", "robots", "headings", "founders")]
 

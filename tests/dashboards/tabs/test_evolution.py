@@ -5,20 +5,20 @@ import math
 
 import numpy as np
 import pytest
+from crcolony_dashboards.rerun_streams import Moment
+from crcolony_dashboards.tabs import palette
+from crcolony_dashboards.tabs.evolution import EvolutionTab, potential
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crcolony.colony.identity import RobotId
-from crcolony.dashboards.settings import Mind
-from crcolony.dashboards.stage import Moment
-from crcolony.dashboards.tabs import palette
-from crcolony.dashboards.tabs.evolution import EvolutionTab, potential
+from crcolony.body.settings import CyberRodent
 from crcolony.learning.features import NormalizedRBF, grid_axis, grid_rbf_value
+from crcolony.protocol.identity import RobotId
 from crcolony.robot.genes import META_PARAMETERS, agent_schema
 from crcolony.robot.settings import Heredity, Learning
-from crcolony.world.settings import CyberRodent
-from tests.dashboards.hearsay import IDS, SCHEMA, SETTINGS, T, agent, born, lived
-from tests.dashboards.recording import Drawing, RecordingStage, Show
+from crcolony.telemetry.peer_settings import Mind
+from tests.support.drawn import Drawing, RecordingStage, Show
+from tests.support.fake_telemetry import IDS, SCHEMA, SETTINGS, T, agent, born, lived
 
 RNG = np.random.default_rng(1)
 GENES = [SCHEMA.random(RNG) for _ in range(200)]

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from crcolony_dashboards.tabs.life import QUANTILES, LifeTab
+from crcolony_dashboards.tabs.tab import FEW_ROBOTS
 
-from crcolony.dashboards.tabs.life import QUANTILES, LifeTab
-from crcolony.dashboards.tabs.tab import FEW_ROBOTS
-from tests.dashboards.hearsay import IDS
-from tests.dashboards.recording import Show
+from tests.support.drawn import Show
+from tests.support.fake_telemetry import IDS
 
 
 @pytest.fixture

@@ -1,11 +1,11 @@
 """The family is drawn when it has grown, everybody in a place that they keep, in the colour of their founder."""
 
 import pytest
+from crcolony_dashboards.tabs import palette
+from crcolony_dashboards.tabs.lineage import LineageTab
 
-from crcolony.dashboards.tabs import palette
-from crcolony.dashboards.tabs.lineage import LineageTab
-from tests.dashboards.hearsay import IDS, agent, born
-from tests.dashboards.recording import RecordingStage, Show
+from tests.support.drawn import RecordingStage, Show
+from tests.support.fake_telemetry import IDS, agent, born
 
 FAMILY, FOUNDERS = "/lineage/family", "/lineage/founders/"
 Places = dict[str, tuple[float, float]]

@@ -1,12 +1,12 @@
 """The log says what has happened: each thing once, the bad in other colours, and not too much at a time."""
 
 import pytest
+from crcolony_dashboards.tabs.log import LogTab
 
-from crcolony.colony.history import Died
-from crcolony.colony.telemetry import Fault
-from crcolony.dashboards.tabs.log import LogTab
-from tests.dashboards.hearsay import agent, mated
-from tests.dashboards.recording import RecordingStage, Show
+from crcolony.evolution.history import Died
+from crcolony.protocol.telemetry_messages import Fault
+from tests.support.drawn import RecordingStage, Show
+from tests.support.fake_telemetry import agent, mated
 
 
 @pytest.fixture

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from crcolony_dashboards.tabs.network import ITSELF, SEES, SEES_NOT, UNKNOWN, NetworkTab
 
-from crcolony.colony.telemetry import STALE_S, Fault
-from crcolony.dashboards.tabs.network import ITSELF, SEES, SEES_NOT, UNKNOWN, NetworkTab
-from tests.dashboards.recording import RecordingStage, Show
+from crcolony.protocol.telemetry_messages import STALE_S, Fault
+from tests.support.drawn import RecordingStage, Show
 
 
 @pytest.fixture

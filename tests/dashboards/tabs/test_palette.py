@@ -3,10 +3,9 @@
 import itertools
 
 import numpy as np
+from crcolony_dashboards.tabs import palette
 from hypothesis import given
 from hypothesis import strategies as st
-
-from crcolony.dashboards.tabs import palette
 
 
 def distance(one: palette.Colour, other: palette.Colour) -> float:

@@ -3,10 +3,9 @@
 import string
 
 import rerun as rr
+from crcolony_dashboards.tabs.tab import safe
 from hypothesis import given
 from hypothesis import strategies as st
-
-from crcolony.dashboards.tabs.tab import safe
 
 NAMES = st.text(string.ascii_letters + string.digits + "_.-", min_size=1, max_size=8)
 """Of colonies"""

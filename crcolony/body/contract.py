@@ -1,0 +1,156 @@
+"""The contract between a robot and its body (thesis 4.6): what it senses, what it commands, in SI units.
+
+An observation and an action are rows of float64, one column a quantity. The tables below are the contract: the
+arena answers it for simulated bodies, a bridge for physical ones, and a robot cannot tell which. There is no
+ground truth in an observation: nothing that a Cyber Rodent could not sense.
+"""
+
+from dataclasses import dataclass
+from math import inf, pi
+from typing import Protocol
+
+import numpy as np
+
+from crcolony.body.settings import WHEEL_LIMIT_M_S
+from crcolony.compiled import FloatArray
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One column of an observation or action: its name (which ends in its unit), range and meaning."""
+
+    name: str
+    low: float
+    high: float
+    meaning: str
+
+
+def _blob(what: str, meaning: str) -> tuple[Quantity, ...]:
+    return (
+        Quantity(f"{what}_visible", 0.0, 1.0, f"1 if the camera sees {meaning}"),
+        Quantity(
+            f"{what}_distance_m", 0.0, inf, "from the robot's centre to the nearest such blob"
+        ),
+        Quantity(f"{what}_bearing_rad", -pi, pi, "left of straight ahead is positive"),
+        Quantity(f"{what}_red", 0.0, 1.0, "colour of its lamp"),
+        Quantity(f"{what}_green", 0.0, 1.0, "colour of its lamp"),
+        Quantity(f"{what}_blue", 0.0, 1.0, "colour of its lamp"),
+    )
+
+
+PROXIMITY_SENSORS = 7
+
+OBSERVATION: tuple[Quantity, ...] = (
+    *_blob("pack", "a battery pack"),
+    *_blob("face", "another robot's face (from within 90 degrees of its heading)"),
+    *_blob("tail", "another robot's tail lamp (from behind)"),
+    Quantity(
+        "ir_range_m", 0.0, inf, "distance straight ahead to the first surface, at most the range"
+    ),
+    *(
+        Quantity(f"proximity_{k}_m", 0.0, inf, "from the hull outwards; 0 is rightmost, 3 is ahead")
+        for k in range(PROXIMITY_SENSORS)
+    ),
+    Quantity("gyro_rad_s", -inf, inf, "turning rate, left is positive"),
+    Quantity("acceleration_ahead_m_s2", -inf, inf, "over the last control period"),
+    Quantity("acceleration_left_m_s2", -inf, inf, "over the last control period"),
+    Quantity("wheel_left_m_s", -WHEEL_LIMIT_M_S, WHEEL_LIMIT_M_S, "as the wheel turns"),
+    Quantity("wheel_right_m_s", -WHEEL_LIMIT_M_S, WHEEL_LIMIT_M_S, "as the wheel turns"),
+    Quantity("jaw_holds", 0.0, 1.0, "1 while the jaw holds a pack"),
+    Quantity("charge", 0.0, 1.0, "energy taken from a pack in the last control period"),
+    Quantity("microphone_left", 0.0, 1.0, "loudness"),
+    Quantity("microphone_right", 0.0, 1.0, "loudness"),
+    Quantity("battery", 0.0, 1.0, "level of the body's own battery"),
+    Quantity("encounter", 0.0, 1.0, "1 if an IR contact was made with a robot face to face"),
+    Quantity("encounter_robot", -1.0, inf, "who it was: its place in the arena, -1 for nobody"),
+    Quantity(
+        "encounter_nonce", 0.0, 2.0**48, "a random number both sides of this contact received"
+    ),
+)
+
+ACTION: tuple[Quantity, ...] = (
+    Quantity("wheel_left_m_s", -WHEEL_LIMIT_M_S, WHEEL_LIMIT_M_S, "speed of the left wheel"),
+    Quantity("wheel_right_m_s", -WHEEL_LIMIT_M_S, WHEEL_LIMIT_M_S, "speed of the right wheel"),
+    Quantity("jaw", 0.0, 1.0, "1 closes the jaw (it latches on a pack in reach), 0 opens it"),
+    Quantity("led_red", 0.0, 1.0, "face lamp"),
+    Quantity("led_green", 0.0, 1.0, "face lamp"),
+    Quantity("led_blue", 0.0, 1.0, "face lamp"),
+    Quantity("speaker", 0.0, 1.0, "loudness"),
+    Quantity("beacon", 0.0, 1.0, "1 switches the IR beacon on: ready to mate"),
+    Quantity("ttl_s", 0.0, 10.0, "after this long without a fresh action everything stops"),
+)
+
+
+def columns(table: tuple[Quantity, ...]) -> dict[str, int]:
+    """Return the column of every quantity of a table by its name."""
+    return {quantity.name: column for column, quantity in enumerate(table)}
+
+
+def limits(table: tuple[Quantity, ...]) -> tuple[FloatArray, FloatArray]:
+    """Return the lowest and the highest value of every column of a table."""
+    return np.array([q.low for q in table]), np.array([q.high for q in table])
+
+
+_OBSERVED = columns(OBSERVATION)
+_ACTED = columns(ACTION)
+
+OBSERVATION_WIDTH = len(OBSERVATION)
+ACTION_WIDTH = len(ACTION)
+
+PACK = _OBSERVED["pack_visible"]
+FACE = _OBSERVED["face_visible"]
+TAIL = _OBSERVED["tail_visible"]
+DISTANCE, BEARING, COLOUR = 1, 2, 3
+"""Where a blob keeps its distance, bearing and first colour, counted from its `…_visible` column."""
+
+IR_RANGE = _OBSERVED["ir_range_m"]
+PROXIMITY = _OBSERVED["proximity_0_m"]
+GYRO = _OBSERVED["gyro_rad_s"]
+ACCELERATION = _OBSERVED["acceleration_ahead_m_s2"]
+WHEELS = _OBSERVED["wheel_left_m_s"]
+JAW_HOLDS = _OBSERVED["jaw_holds"]
+CHARGE = _OBSERVED["charge"]
+MICROPHONES = _OBSERVED["microphone_left"]
+BATTERY = _OBSERVED["battery"]
+ENCOUNTER = _OBSERVED["encounter"]
+ENCOUNTER_ROBOT = _OBSERVED["encounter_robot"]
+ENCOUNTER_NONCE = _OBSERVED["encounter_nonce"]
+
+WHEEL_LEFT = _ACTED["wheel_left_m_s"]
+WHEEL_RIGHT = _ACTED["wheel_right_m_s"]
+JAW = _ACTED["jaw"]
+LED = _ACTED["led_red"]
+SPEAKER = _ACTED["speaker"]
+BEACON = _ACTED["beacon"]
+TTL = _ACTED["ttl_s"]
+
+
+class Body(Protocol):
+    """What a robot drives. Reading the next observation is the only clock a robot knows."""
+
+    def read(self) -> FloatArray:
+        """Wait for the next control period and return its observation, shape (OBSERVATION_WIDTH,)."""
+        ...
+
+    def act(self, action: FloatArray) -> FloatArray:
+        """Command the body; return what was really applied after clipping, shape (ACTION_WIDTH,).
+
+        Raises ValueError if the action has another shape or holds a number that is not finite.
+        """
+        ...
+
+    def close(self) -> None:
+        """Stop the body and let it go."""
+        ...
+
+
+_LOWEST, _HIGHEST = limits(ACTION)
+
+
+def clip_action(action: FloatArray) -> FloatArray:
+    """Return the action within the limits of the table; raises ValueError as `Body.act` says."""
+    if action.shape != (ACTION_WIDTH,):
+        raise ValueError(f"an action has shape ({ACTION_WIDTH},), not {action.shape}")
+    if not np.isfinite(action).all():
+        raise ValueError("an action holds only finite numbers")
+    return np.minimum(np.maximum(action, _LOWEST), _HIGHEST)

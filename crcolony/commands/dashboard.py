@@ -1,0 +1,71 @@
+"""`crcolony dashboard`: watch colonies live in Rerun."""
+
+import argparse
+from pathlib import Path
+
+from crcolony.commands.network_options import add_network, network_of
+from crcolony.commands.options import UsageError, check_minutes, new_folder
+from crcolony.errors import EXIT_OK
+
+LIVE_PORT, WEB_PORT = 9876, 9090
+"""Where viewers look for a dashboard unless told otherwise, as Rerun has it."""
+
+
+def add_dashboard(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `crcolony dashboard`."""
+    parser.add_argument("--colony", default="*", metavar="NAME", help="default: every colony")
+    parser.add_argument(
+        "--agent", default="", metavar="NAME", help="whose potentials to draw; default: the best's"
+    )
+    show = parser.add_argument_group("viewers", "without these, open the address that is printed")
+    show.add_argument("--web", action="store_true", help="for a browser of this machine")
+    show.add_argument("--native", action="store_true", help="open Rerun's own window")
+    show.add_argument(
+        "--port",
+        type=int,
+        metavar="P",
+        help=f"for viewers (default {LIVE_PORT}, or a free one if that is taken)",
+    )
+    show.add_argument(
+        "--web-port",
+        type=int,
+        metavar="P",
+        help=f"of --web (default {WEB_PORT}, or a free one if that is taken)",
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="record there; default: runs/N, the next free one"
+    )
+    parser.add_argument("--no-recording", action="store_true", help="record nothing")
+    parser.add_argument("--minutes", type=float, metavar="M", help="stop after so long")
+    add_network(parser)
+    parser.set_defaults(command=_dashboard)
+
+
+def _dashboard(options: argparse.Namespace) -> int:
+    for name, port in (("--port", options.port), ("--web-port", options.web_port)):
+        if port is not None and not 0 < port < 65536:
+            raise UsageError(f"{name} {port}: from 1 to 65535")
+    check_minutes(options.minutes)
+    if options.no_recording and options.out is not None:
+        raise UsageError("--no-recording does not go with --out")
+    from crcolony_dashboards.live import Watching, run_dashboard
+
+    run_dashboard(
+        Watching(
+            network=network_of(options),
+            colony=options.colony,
+            port=options.port or _usual_or_free(LIVE_PORT),
+            folder=None if options.no_recording else options.out or new_folder(),
+            web_port=options.web_port or _usual_or_free(WEB_PORT) if options.web else None,
+            native=options.native,
+            agent=options.agent,
+            minutes=options.minutes,
+        )
+    )
+    return EXIT_OK
+
+
+def _usual_or_free(port: int) -> int:
+    from crcolony.transport.zenoh_session import free_port, is_taken
+
+    return free_port() if is_taken(f"tcp/127.0.0.1:{port}") else port

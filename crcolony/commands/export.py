@@ -1,0 +1,29 @@
+"""`crcolony export`: recorded telemetry as Parquet tables."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from crcolony.errors import EXIT_OK
+
+
+def add_export(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `crcolony export`."""
+    parser.add_argument(
+        "folder", type=Path, metavar="FOLDER", help="of a run, or of a dashboard's recording"
+    )
+    parser.add_argument("--out", type=Path, metavar="DIR", help="default: FOLDER/parquet")
+    parser.set_defaults(command=_export)
+
+
+def _export(options: argparse.Namespace) -> int:
+    from crcolony.recordings.export import export
+
+    folder = options.folder if options.folder.is_dir() else options.folder.parent
+    for path in export(options.folder, options.out or folder / "parquet", say=_warn):
+        print(path)
+    return EXIT_OK
+
+
+def _warn(line: str) -> None:
+    print(f"crcolony: {line}", file=sys.stderr)

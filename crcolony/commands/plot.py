@@ -1,0 +1,50 @@
+"""`crcolony plot`: figures of one run or of many."""
+
+import argparse
+from pathlib import Path
+
+from crcolony.commands.options import UsageError
+from crcolony.errors import EXIT_OK
+
+_FORMATS = ("pdf", "svg", "png")
+
+
+def add_plot(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `crcolony plot`."""
+    parser.add_argument(
+        "folders",
+        type=Path,
+        nargs="+",
+        metavar="FOLDER",
+        help="a run, or a comparison (evolve --seeds); of several runs those that differ only in seed belong together",
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="where the figures go; default: FOLDER/plots"
+    )
+    parser.add_argument(
+        "--format",
+        default="pdf,png",
+        metavar="LIST",
+        help=f"one or more of {', '.join(_FORMATS)}, separated by commas; default: pdf,png",
+    )
+    parser.set_defaults(command=_plot)
+
+
+def _plot(options: argparse.Namespace) -> int:
+    formats = [name.strip() for name in options.format.split(",")]
+    unknown = [name for name in formats if name not in _FORMATS]
+    if unknown:
+        raise UsageError(
+            f"--format {options.format}: {unknown[0]!r} is none of {', '.join(_FORMATS)}"
+        )
+    if options.out is None and len(options.folders) > 1:
+        raise UsageError("several folders: say with --out where their figures go")
+    from crcolony.results.plots import draw_arms
+    from crcolony.results.plots.conditions import read_arms
+
+    arms = read_arms(options.folders)
+    for arm in arms:
+        print(arm.in_words())
+    for path in draw_arms(arms, options.out or options.folders[0] / "plots", formats):
+        print(path)
+    return EXIT_OK

@@ -1,0 +1,27 @@
+"""`crcolony status`: the robots that are online, and their state, printed once."""
+
+import argparse
+
+from crcolony.commands.network_options import add_network, network_of
+from crcolony.commands.options import UsageError
+from crcolony.errors import EXIT_OK
+
+
+def add_status(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `crcolony status`."""
+    parser.add_argument("--colony", default="*", metavar="NAME", help="default: every colony")
+    parser.add_argument("--json", action="store_true", help="for programs")
+    parser.add_argument(
+        "--seconds", type=float, default=1.5, metavar="S", help="listen for so long (default 1.5)"
+    )
+    add_network(parser)
+    parser.set_defaults(command=_status)
+
+
+def _status(options: argparse.Namespace) -> int:
+    from crcolony.telemetry.terminal_view import run_status
+
+    if not 0.0 < options.seconds <= 600.0:
+        raise UsageError(f"--seconds {options.seconds:g}: from 0 to 600")
+    run_status(network_of(options), options.colony, options.seconds, options.json)
+    return EXIT_OK

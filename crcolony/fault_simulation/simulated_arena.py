@@ -1,0 +1,73 @@
+"""The process of an arena in virtual time, in place of `processes/arena.py`, and its restarts."""
+
+from random import Random
+from typing import Any
+
+from crcolony.config import Config
+from crcolony.fault_simulation.simulated_network import ARENA, Schedule, SimulatedNetwork
+from crcolony.nodes.arena_node import ArenaNode
+from crcolony.nodes.arena_server import Reception
+from crcolony.protocol.codec import encode
+from crcolony.transport.interface import ArenaGone, ArenaSeen, Arrival, Observed, Shown
+
+_SAVE_TICKS, _GRACE_S = 25, 4.0
+
+
+class SimulatedArena:
+    """Nature. After a crash it goes on from its last checkpoint, or begins anew: robots are told by `world`."""
+
+    is_paused = False
+
+    def __init__(
+        self, config: Config, schedule: Schedule, network: SimulatedNetwork, rng: Random
+    ) -> None:
+        self.node: ArenaNode | None = None
+        self.ticks = 0
+        """In all its lives"""
+        self._config, self._schedule, self._network, self._rng = config, schedule, network, rng
+        self._is_closed = False
+        self._checkpoint: dict[str, Any] | None = None
+
+    def start(self) -> None:
+        """Begin a run of the arena, unless one is under way."""
+        if self.node is not None or self._is_closed:
+            return
+        world = self._rng.getrandbits(61)
+        self.node = node = ArenaNode(self._config, world, False, body_grace_s=_GRACE_S)
+        if self._checkpoint is not None and self._rng.random() < 0.7:
+            node.restore(self._checkpoint)
+            for robot in node.robots:
+                node.lose(robot, self._schedule.now_s)
+        self._reception = Reception(node)
+        self._network.host(ARENA, self, ArenaSeen(world), ArenaGone(world))
+        self._schedule.after(self._config.arena.control_period_s, lambda: self._tick(node))
+
+    def crash(self, says_goodbye: bool = True) -> None:
+        """End at once."""
+        self.node = None
+        self._network.unhost(ARENA, says_goodbye)
+
+    def close(self) -> None:
+        """Let the world stand still for ever."""
+        self.crash()
+        self._is_closed = True
+
+    def _tick(self, node: ArenaNode) -> None:
+        if node is not self.node:
+            return
+        self._schedule.after(self._config.arena.control_period_s, lambda: self._tick(node))
+        node.advance()
+        self.ticks += 1
+        for robot in node.robots:
+            self._network.post((ARENA, robot), Observed(robot, node.observation(robot)))
+        if self._network.searching:
+            scene = encode(node.scene("arena", self.ticks, unix_ms=0))
+            for robot in sorted(self._network.searching):
+                self._network.post((ARENA, robot), Shown(scene))
+        self._reception.forget_lost(self._schedule.now_s)
+        if node.tick % _SAVE_TICKS == 0:
+            self._checkpoint = node.save()
+
+    def deliver(self, arrival: Arrival) -> None:
+        """Take what has arrived."""
+        self._reception.take(self._schedule.now_s, arrival)

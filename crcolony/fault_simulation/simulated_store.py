@@ -1,0 +1,93 @@
+"""A real memory, in a real SQLite file, on a disk that may be full or fail, of a process that may die at any point."""
+
+import contextlib
+from collections.abc import Iterator, Mapping, Sequence
+from random import Random
+from typing import Any
+
+from crcolony.evolution.history import Event
+from crcolony.fault_simulation.faults import CrashError, Hazard
+from crcolony.fault_simulation.invariants import Witness
+from crcolony.protocol.encounters import Record
+from crcolony.protocol.identity import RobotId
+from crcolony.storage.rows import Decision, Known
+from crcolony.storage.store import Store, StoreBroken, StoreFull
+
+_FAILING = 0.7
+"""Share of transactions for which a disk has no room while it is nearly full"""
+_ERRORS = 0.5
+
+
+class Disk:
+    """One robot's disk, whatever process uses it."""
+
+    def __init__(self, rng: Random, has_errors: bool) -> None:
+        self._rng, self._has_errors = rng, has_errors
+        self._is_full = False
+
+    def fill(self) -> None:
+        """Leave room for few transactions."""
+        self._is_full = True
+
+    def clear(self) -> None:
+        """Have room for all of them."""
+        self._is_full = False
+
+    def has_room(self) -> bool:
+        """Tell whether there is room for this transaction."""
+        return not self._is_full or self._rng.random() >= _FAILING
+
+    def end(self) -> type[Exception]:
+        """Return how a process ends that is struck down at it: by an error of the disk, or killed."""
+        return StoreBroken if self._has_errors and self._rng.random() < _ERRORS else CrashError
+
+
+class SimulatedStore(Store):
+    """The memory of one life. It tells the witness what is on the disk."""
+
+    def attach(self, robot: RobotId, disk: Disk, hazard: Hazard, witness: Witness) -> None:
+        """Let it be struck from now on."""
+        self._robot_id, self._disk, self._hazard, self._witness = robot, disk, hazard, witness
+
+    @contextlib.contextmanager
+    def _transaction(self) -> Iterator[Known]:
+        if not self._disk.has_room():
+            raise StoreFull("no room")
+        with super()._transaction() as known:
+            yield known
+            self._strike()
+
+    def _strike(self) -> None:
+        try:
+            self._hazard.strike(self._disk.end())
+        except CrashError:
+            self._connection.close()  # no orderly rollback: the process is dead
+            raise
+
+    def begin_life(self, unix_s: int) -> int:
+        """Count this start."""
+        life = super().begin_life(unix_s)
+        self._strike()
+        return life
+
+    def write(
+        self,
+        records: Sequence[Record],
+        decided: Record | None = None,
+        decision: Decision | None = None,
+    ) -> None:
+        """Write records and a decision."""
+        super().write(records, decided, decision)
+        self._witness.written(self._robot_id, records, decided, decision)
+        self._strike()
+
+    def save(self, robot: Mapping[str, Any], events: Sequence[Event], tick: int) -> None:
+        """Write a snapshot."""
+        super().save(robot, events, tick)
+        self._witness.saved(self._robot_id, events)
+        self._strike()
+
+    def drop(self) -> None:
+        """Let go of the file as a killed process does: what is not committed is lost, nothing is tidied up."""
+        self._is_broken = True
+        self.close()

@@ -1,0 +1,171 @@
+"""An embedded colony: arena and robots in one process, as fast as possible, the same history on every run.
+
+A tick is: actions into the world, the world on by one control period, everybody observes, every robot steps. Ticks
+run in compiled code until something rare happened to a robot; that is then done here, in the order of the robots:
+matings first, with the agents that met; then hand-overs; then turnovers.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from crcolony.body import contract
+from crcolony.compiled import FloatArray, compiled
+from crcolony.config import Config
+from crcolony.evolution.history import Died, Event, Mated, TurnedOver, born
+from crcolony.evolution.lineage import Birth
+from crcolony.in_process.central_selection import CentralSelection
+from crcolony.results.generation_summary import summarise
+from crcolony.robot.factory import numbered_streams, raise_robots, variation_of
+from crcolony.robot.life_records import lives_of
+from crcolony.robot.robot import Robot
+from crcolony.robot.state import DIED, MET, SLICE_OVER, Habits, Robots
+from crcolony.robot.step import step_robots
+from crcolony.world.arena import Arena
+from crcolony.world.state import World
+from crcolony.world.tick import advance, command, observe
+
+
+@compiled
+def tick(world: World, robots: Robots, habits: Habits, actions: FloatArray) -> int:
+    """Let one control period pass for everybody; return the bits of all events."""
+    for i in range(actions.shape[0]):
+        command(world, i, actions[i])
+    advance(world)
+    observe(world)
+    due = world.observations.shape[0] - 1
+    return step_robots(robots, habits, world.observations[due], actions)
+
+
+@compiled
+def run_ticks(world: World, robots: Robots, habits: Habits, actions: FloatArray, most: int) -> int:
+    """Run ticks until a robot has an event, at most so many; return how many were run."""
+    for count in range(most):
+        if tick(world, robots, habits, actions) != 0:
+            return count + 1
+    return most
+
+
+class EmbeddedColony:
+    """Robots in an arena, in this process. `events` takes every event of the history, in order."""
+
+    def __init__(self, config: Config, events: Callable[[Event], None]) -> None:
+        self.config = config
+        self.tick = 0
+        self.generation = 0
+        self.arena = Arena(config.robots, config.arena, config.body, config.seed)
+        self.batch, self.habits, self.robots = raise_robots(
+            config,
+            [str(row) for row in range(config.robots)],
+            numbered_streams(config.seed, 0, config.robots),
+        )
+        self.schema = self.robots[0].subpopulation.schema
+        self.actions = np.zeros((config.robots, contract.ACTION_WIDTH))
+        self._central = (
+            CentralSelection(self.schema, variation_of(config), config.seed)
+            if config.selection == "central"
+            else None
+        )
+        self.summary: dict[str, float] = {}
+        """The generation that ended last, in numbers"""
+        self._record = events
+
+    def begin(self) -> None:
+        """Give every robot its first generation."""
+        for robot in self.robots:
+            self._report_births(robot.row, robot.begin())
+
+    def run(self, most_ticks: int) -> None:
+        """Live on for so many ticks, or until a generation ends, whichever is first."""
+        end, generation = self.tick + most_ticks, self.generation
+        while self.tick < end and self.generation == generation:
+            ran = run_ticks(
+                self.arena.world, self.batch, self.habits, self.actions, end - self.tick
+            )
+            self.tick += ran
+            events = self.batch.events
+            if events.any():
+                self._attend(events)
+
+    def _attend(self, events: np.ndarray) -> None:
+        for row in np.flatnonzero(events & DIED):
+            ids = self.robots[row].subpopulation.ids
+            self._record(Died(self.tick, int(row), ids[self.robots[row].agent]))
+        if (events & MET).any():
+            self._mate(np.flatnonzero(events & MET))
+        if (events & SLICE_OVER).any():
+            waiting = [
+                self.robots[row]
+                for row in np.flatnonzero(events & SLICE_OVER)
+                if not self.robots[row].hand_over()
+            ]
+            if waiting:
+                self._turn_over(waiting)
+
+    def _mate(self, rows: np.ndarray) -> None:
+        """Let every pair that met exchange genotypes, and each side decide by its own energy."""
+        observations = self.arena.world.observations[-1]
+        partners = observations[:, contract.ENCOUNTER_ROBOT].astype(int)
+        for row in rows:
+            other = partners[row]
+            if other < row:
+                continue
+            one, two = self.robots[row], self.robots[other]
+            given, taken = one.exchange(), two.exchange()
+            own, partners_own = one.mate(taken), two.mate(given)
+            self._record(
+                Mated(
+                    tick=self.tick,
+                    robot=int(row),
+                    partner_robot=int(other),
+                    agent=given.agent,
+                    partner=taken.agent,
+                    energy=one.energy,
+                    partner_energy=two.energy,
+                    conceived=own is not None,
+                    partner_conceived=partners_own is not None,
+                )
+            )
+
+    def _turn_over(self, waiting: list[Robot]) -> None:
+        self.summary = summarise(self.generation, self.tick, self.batch, self.robots)
+        for robot in waiting:
+            pool = len(robot.subpopulation.pool)
+            self._record(TurnedOver(self.tick, robot.row, robot.generation + 1, pool))
+            for life in lives_of(robot, self.batch, self.tick, robot.row):
+                self._record(life)
+        if self._central is None:
+            births = [robot.turn_over() for robot in waiting]
+        else:
+            births = self._central.turn_over(waiting, self.batch.matings)
+        for robot, newborns in zip(waiting, births, strict=True):
+            self._report_births(robot.row, newborns)
+        self.generation = min(robot.generation for robot in self.robots)
+
+    def save(self) -> dict[str, Any]:
+        """Return all there is of the colony; `restore` makes an equal one go on identically."""
+        return {
+            "tick": self.tick,
+            "generation": self.generation,
+            "arena": self.arena.save(),
+            "robots": [robot.save() for robot in self.robots],
+            "actions": self.actions.copy(),
+            "central": self._central.stream.copy() if self._central else None,
+        }
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Become a saved colony of the same config; raises ValueError if it does not fit."""
+        if len(saved["robots"]) != len(self.robots):
+            raise ValueError("the saved colony has another number of robots")
+        self.tick, self.generation = saved["tick"], saved["generation"]
+        self.arena.restore(saved["arena"])
+        for robot, state in zip(self.robots, saved["robots"], strict=True):
+            robot.restore(state)
+        self.actions[...] = saved["actions"]
+        if self._central is not None:
+            self._central.stream[...] = saved["central"]
+
+    def _report_births(self, row: int, births: list[Birth]) -> None:
+        for place, birth in enumerate(births):
+            self._record(born(self.tick, row, birth, self.batch.genotypes[row, place]))

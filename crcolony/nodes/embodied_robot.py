@@ -1,0 +1,325 @@
+"""A robot with its body: it looks for one, lives with it, keeps time, and goes on living when anything else dies.
+
+No clock, no threads, no sockets, as in `node.py`: what arrives and what time it is are passed in. `processes/robot.py`
+runs it by the clock of this machine, and `simulation/` in virtual time.
+"""
+
+import math
+from collections.abc import Callable
+
+import msgspec
+
+from crcolony.body.settings import CyberRodent
+from crcolony.compiled import FloatArray
+from crcolony.config import Config
+from crcolony.errors import Refusal
+from crcolony.nodes.reported_settings import settings_of_robot
+from crcolony.nodes.robot_node import RobotNode
+from crcolony.protocol.body_messages import (
+    Action,
+    Embodied,
+    Join,
+    Leave,
+    Observation,
+    decode_observation,
+    decode_place,
+    pack_row,
+    unpack_row,
+)
+from crcolony.protocol.codec import VERSION, WireError, encode
+from crcolony.protocol.identity import RobotId
+from crcolony.protocol.telemetry_messages import decode_scene
+from crcolony.robot.batch import habits_of
+from crcolony.transport.interface import (
+    ArenaGone,
+    ArenaSeen,
+    Arrival,
+    Asked,
+    Mail,
+    Observed,
+    Placed,
+    RobotGone,
+    RobotSeen,
+    Shown,
+    StrangerSeen,
+    Transport,
+)
+
+STATE_PERIOD_S, _NEWS_S = 0.5, 0.1
+"""How often a robot tells how it is, and how soon after another has come."""
+_JOIN_RETRY_S = 1.0
+_SILENCE_S = 3.0
+"""Without an observation for so long a robot asks for its body again."""
+_ANEW_S, _COMPLAINT_S = 30.0, 30.0
+"""A robot comes onto the network anew, and complains of what it lacks, not more often than this."""
+_FORGET_S = 300.0
+"""Whoever has been missed for so long is looked for no more."""
+_MOST_UNSEEN = 1000
+_UNSEEN_S = 5.0
+"""Who is met and not seen for so long is cut off from this robot alone: a mesh that is whole but for that stays so."""
+
+
+class TwinError(Refusal):
+    """Another process has this robot's key, and was there first."""
+
+
+class EmbodiedRobot:
+    """Drives a `RobotNode` by what arrives, for its body above all.
+
+    `wanted_place` is where in the arena it would like to be, -1 for anywhere. `come_anew` leaves the network and comes
+    back; `dropped` tells how much was lost of what came in.
+    """
+
+    def __init__(
+        self,
+        node: RobotNode,
+        transport: Transport,
+        config: Config,
+        arena: str,
+        wanted_place: int,
+        snapshot_s: float,
+        come_anew: Callable[[], None],
+        say: Callable[[str], None] = lambda line: None,
+        dropped: Callable[[], int] = lambda: 0,
+        state_period_s: float = STATE_PERIOD_S,
+    ) -> None:
+        self.node = node
+        self._transport, self._config, self._arena = transport, config, arena
+        self._wanted_place = wanted_place
+        self._come_anew, self._say, self._dropped = come_anew, say, dropped
+        self._anew_due_s = -math.inf
+        self._unseen: dict[RobotId, float] = {}
+        """Robots that were met and cannot be seen on the network, and since when"""
+        self._missed: dict[RobotId, float] = {}
+        """Robots that are on the network no more, and since when"""
+        self._place: Embodied | None = None
+        self._action = b""
+        """For the last observation"""
+        self._answer: bytes | None = None
+        """The same, once it may be said: a mating holds it back"""
+        self._tick = -1
+        self._observed_s = self._join_due_s = self._state_due_s = -math.inf
+        self._snapshot_s, self._state_period_s = snapshot_s, state_period_s
+        self._snapshot_due_s = self._complaint_due_s = math.inf
+        node.settings = settings_of_robot(config, config.body)
+
+    def begin(self, now_s: float) -> None:
+        """Come to life; raises StoreError if the memory does not fit."""
+        self._snapshot_due_s = now_s + self._snapshot_s
+        self._complaint_due_s = now_s + _SILENCE_S
+        self.node.begin(now_s)
+
+    def leave(self) -> None:
+        """Give the body back, unless it is a twin's."""
+        if not self.node.has_twin:
+            self._transport.join(self.node.id, encode(Leave(self.node.id)))
+
+    def say_fault(self, what: str) -> None:
+        """Count something outside that went wrong, tell of it, and say it."""
+        self.node.fault(what)
+        self._say(what)
+
+    @property
+    def is_done(self) -> bool:
+        """Whether it has lived through the last generation of its config."""
+        return 0 < self._config.generations <= self.node.robot.generation
+
+    @property
+    def has_body(self) -> bool:
+        """Whether it has a body, as far as it knows."""
+        return self._place is not None
+
+    @property
+    def observed_s(self) -> float:
+        """When its body was last heard of."""
+        return self._observed_s
+
+    @property
+    def next_s(self) -> float:
+        """When `keep_time` has something to do."""
+        seek_s = max(self._join_due_s, self._observed_s + _SILENCE_S)
+        return min(self.node.next_s, self._state_due_s, self._snapshot_due_s, seek_s)
+
+    def take(self, now_s: float, arrival: Arrival) -> None:
+        """See to what has arrived. Raises StoreBroken when nobody knows what is on the disk."""
+        node = self.node
+        match arrival:
+            case Observed(observation=data):
+                self._observe(now_s, data)
+            case Mail(letter=letter):
+                node.receive(now_s, letter)
+                self._answer_if_settled()
+            case RobotSeen(robot=robot, life=life, session=session):
+                self._unseen.pop(robot, None)
+                self._missed.pop(robot, None)
+                node.robot_seen(now_s, robot, life, session)
+                self._state_due_s = min(self._state_due_s, now_s + _NEWS_S)
+            case RobotGone(robot=robot, life=life, session=session):
+                node.robot_gone(now_s, robot, life, session)
+                if robot not in node.peers and len(self._missed) < _MOST_UNSEEN:
+                    self._missed[robot] = now_s
+                self._answer_if_settled()
+            case Shown(scene=scene):
+                self._search(now_s, scene)
+            case StrangerSeen(robot=robot, version=version) if robot not in node.peers:
+                self.say_fault(
+                    f"robot {robot.hex()[:8]} speaks version {version} of the protocol,"
+                    f" this one speaks {VERSION}: they cannot mate"
+                )
+            case Placed(answer=answer):
+                self._embody(now_s, answer)
+            case ArenaSeen():
+                self._seek(now_s)
+            case ArenaGone(world=world) if self._place and world == self._place.world:
+                self._lose_body("the arena is gone")
+            case Asked(about="past", question=question, answer=answer):
+                node.answer_past(question, answer)
+            case Asked(about="about", question=question, answer=answer):
+                node.answer_about(question, answer)
+
+    # The body --------------------------------------------------------------------------------------------------
+
+    def _seek(self, now_s: float) -> None:
+        self._join_due_s = now_s + _JOIN_RETRY_S
+        if not self.node.has_twin:  # the body belongs to whoever was there first
+            join = Join(self.node.id, self.node.colony, self._wanted_place)
+            self._transport.join(self.node.id, encode(join))
+
+    def _say_if_lost(self, now_s: float, why: str) -> None:
+        """Tell a person, now and then, that there is no body to live in."""
+        if self._place is None and now_s >= self._complaint_due_s:
+            self._complaint_due_s = now_s + _COMPLAINT_S
+            self.say_fault(why)
+
+    def _embody(self, now_s: float, answer: bytes) -> None:
+        try:
+            place = decode_place(answer)
+            if not isinstance(place, Embodied):
+                self._say_if_lost(now_s, f"no body: arena {self._arena} is {place.reason}")
+                return
+            body = msgspec.json.decode(place.body, type=CyberRodent)
+        except (WireError, msgspec.DecodeError) as error:
+            self.say_fault(f"arena {self._arena}: malformed answer: {error}")
+            return
+        if self._place is None or place.world != self._place.world:
+            self._say(f"has body {place.place} in arena {self._arena}")
+            self._tick = -1
+        self._tick = min(self._tick, place.tick)  # of a tick that is not yet, somebody lied
+        self._place, self._observed_s = place, now_s
+        self.node.arena = self._arena
+        if self._wanted_place < 0:
+            self.node.number = place.place
+        self.node.keep_pace(place.lockstep)
+        self.node.robot.embody(habits_of(self._config.learning, self._config.life, body))
+        self.node.settings = settings_of_robot(self._config, body)
+
+    def _lose_body(self, why: str) -> None:
+        self.say_fault(f"{why}; looking for arena {self._arena}")
+        self._place, self.node.arena = None, ""
+
+    def _observe(self, now_s: float, data: bytes) -> None:
+        try:
+            observation = decode_observation(data)
+            row = unpack_row(observation.row)
+        except WireError as error:
+            self.node.fault(f"malformed observation: {error}")
+            return
+        place = self._place
+        if place is None or observation.world != place.world:
+            return
+        if observation.tick <= self._tick:
+            if observation.tick == self._tick and self._answer is not None and place.lockstep:
+                self._transport.act(self.node.id, self._answer)
+            return
+        self.node.period_ms = min(1000.0 * (now_s - self._observed_s), 1e9)
+        self._observed_s, self._tick = now_s, observation.tick
+        self._live(now_s, observation, self.node.robot.step(row))
+
+    def _live(self, now_s: float, observation: Observation, action: FloatArray) -> None:
+        node = self.node
+        self._answer, self._action = None, encode(Action(observation.tick, pack_row(action)))
+        if observation.contact is not None:
+            self._look_for(now_s, observation.contact.robot)
+        node.attend(now_s, observation.tick, observation.contact)
+        self._answer_if_settled()
+
+    def _answer_if_settled(self) -> None:
+        """Act, and go on to what comes after the step; in lockstep only when no mating is under way."""
+        place, node = self._place, self.node
+        if place is None or self._answer is not None or self._tick < 0:
+            return
+        if place.lockstep and not node.is_settled:
+            return
+        generation = node.robot.generation
+        self._answer = self._action
+        if node.robot.events:
+            node.finish_step()
+        if not self.is_done:
+            self._transport.act(node.id, self._answer)
+        if node.robot.generation > generation:
+            self._say(f"generation {node.robot.generation}, {node.matings} matings so far")
+
+    # The clock -------------------------------------------------------------------------------------------------
+
+    def keep_time(self, now_s: float) -> None:
+        """Do what is due. Raises TwinError, and StoreBroken when nobody knows what is on the disk."""
+        node = self.node
+        if now_s >= node.next_s:
+            node.let_time_pass(now_s)
+            self._answer_if_settled()
+        if now_s >= self._state_due_s:
+            self._state_due_s = now_s + self._state_period_s
+            node.tell_state(self._dropped())
+        if now_s >= self._join_due_s and now_s >= self._observed_s + _SILENCE_S:
+            self._seek(now_s)
+            self._say_if_lost(now_s, f"no body yet; looking for arena {self._arena}")
+        for robot in [r for r, at_s in self._missed.items() if now_s - at_s > _FORGET_S]:
+            del self._missed[robot]
+        self._transport.search(bool(self._missed))
+        twin = node.twin(now_s)
+        if twin is not None:
+            raise TwinError(
+                f"robot {node.id.hex()} lives already in another process (session {twin});"
+                " every robot needs a key of its own"
+            )
+        if now_s >= self._snapshot_due_s:
+            self._snapshot_due_s = now_s + self._snapshot_s
+            node.save()
+
+    def _look_for(self, now_s: float, met: RobotId) -> None:
+        """Notice that a link is lost, though both see the arena: a robot's body is met, and its token is not seen."""
+        if met in self.node.peers:
+            self._unseen.pop(met, None)
+        elif len(self._unseen) >= _MOST_UNSEEN:
+            self._unseen.clear()
+        elif now_s - self._unseen.setdefault(met, now_s) >= _UNSEEN_S:
+            self._reconnect(now_s, f"robot {met.hex()[:8]} is met and cannot be seen")
+
+    def _search(self, now_s: float, data: bytes) -> None:
+        """Notice that a link is lost, though nobody died: the arena shows a missed robot with its lamp lit.
+
+        The lamp of a robot that is gone goes out with its last action's time to live. The smaller id mends it first.
+        """
+        try:
+            scene = decode_scene(data)
+        except WireError as error:
+            self.node.fault(f"malformed scene: {error}")
+            return
+        for seen in scene.robots:
+            missed_s = now_s - self._missed.get(seen.robot, now_s)
+            patience_s = _UNSEEN_S if self.node.id < seen.robot else 3.0 * _UNSEEN_S
+            is_lit = seen.red + seen.green + seen.blue > 0.0
+            if is_lit and missed_s >= patience_s and seen.colony == self.node.colony:
+                self._reconnect(now_s, f"robot {seen.robot.hex()[:8]} lives and cannot be seen")
+                return
+
+    def _reconnect(self, now_s: float, why: str) -> None:
+        if now_s < self._anew_due_s:
+            return
+        self._anew_due_s = now_s + _ANEW_S
+        self._unseen.clear()
+        self.say_fault(f"{why}: coming onto the network anew")
+        self._come_anew()
+        for peer, lives in list(self.node.peers.items()):  # nobody is seen from there yet
+            for life, session in list(lives):
+                self.take(now_s, RobotGone(peer, life, session))

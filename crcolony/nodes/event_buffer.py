@@ -1,0 +1,45 @@
+"""The recent events of one robot process, kept for observers that missed some of them."""
+
+import itertools
+from collections import deque
+from typing import Any
+
+from crcolony.protocol.codec import (
+    LETTER_BYTES,
+    encode,
+)
+from crcolony.protocol.telemetry_messages import PAST_EVENTS, Ask, Past, Told
+
+_RING = 10_000
+"""Events that a robot keeps for observers who missed them."""
+
+
+class Ring:
+    """The recent events of one life, encoded and numbered, for those who missed some."""
+
+    def __init__(self, robot: bytes, life: int) -> None:
+        self.seq = 0
+        self._robot, self._life = robot, life
+        self._kept: deque[bytes] = deque(maxlen=_RING)
+
+    def add(self, event: Any, unix_ms: int) -> bytes:
+        """Number an event, keep it, and return it as it is published."""
+        self.seq += 1
+        told = encode(Told(self._robot, self._life, self.seq, unix_ms, event))
+        self._kept.append(told)
+        return told
+
+    def answer(self, ask: Ask) -> Past:
+        """Return the events from the asked number on, as many as are kept and fit into one answer."""
+        oldest = self.seq - len(self._kept) + 1
+        if ask.life != self._life:
+            return Past(self._life, oldest, [])
+        start = max(ask.first, oldest) - oldest
+        told: list[bytes] = []
+        room = LETTER_BYTES
+        for data in itertools.islice(self._kept, start, start + PAST_EVENTS):
+            room -= len(data)
+            if room < 0:
+                break
+            told.append(data)
+        return Past(self._life, oldest, told)

@@ -1,0 +1,189 @@
+"""Carries the matings of one robot: letters in and out, and what is decided onto the disk, in the order of `mating.py`.
+
+The order of the checks keeps hostile letters cheap. Decoding and asking whether anybody waits for this letter cost a
+few microseconds; only a letter that belongs to a contact or to an open encounter is verified, and only so many a
+second.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from typing import Protocol
+
+from crcolony.evolution.genotype import Schema
+from crcolony.protocol.body_messages import Contact
+from crcolony.protocol.codec import WireError
+from crcolony.protocol.encounters import Effect, Limits, Note, Offer, Record, Send, Write
+from crcolony.protocol.envelope import is_genuine, open_letter, seal
+from crcolony.protocol.identity import AllowList, Identity, RobotId
+from crcolony.protocol.mating import Mating
+from crcolony.protocol.mating_messages import (
+    Accept,
+    MatingMessage,
+    Propose,
+    receiver_of,
+    sender_of,
+    unpack_genes,
+)
+from crcolony.rate_limit import Bucket
+from crcolony.storage.rows import Decision
+from crcolony.storage.store import Store, StoreFull
+
+_EARLY = 32
+"""Proposals kept that came before the own body reported the contact."""
+_VERIFIED_PER_S, _UNASKED_PER_S = 500.0, 20.0
+"""A verification takes a tenth of a millisecond: a flood of letters that are waited for takes a twentieth of a core."""
+
+
+class Parent(Protocol):
+    """Who decides what comes of a mating."""
+
+    def decide(self, record: Record) -> Decision:
+        """Decide, by the own energy at this moment, whether there is an offspring, and keep it."""
+        ...
+
+    def undecide(self) -> None:
+        """Take the last decision back: it could not be written down."""
+        ...
+
+    def exchanged(self, record: Record, decision: Decision) -> None:
+        """Hear of a mating that is on the disk."""
+        ...
+
+    def noted(self, note: Note) -> None:
+        """Hear how an encounter goes."""
+        ...
+
+
+class Exchanges:
+    """The matings of one robot between its network and its memory. Raises StoreBroken as `Store` does."""
+
+    def __init__(
+        self,
+        identity: Identity,
+        colony: str,
+        schema: Schema,
+        memory: Store,
+        send: Callable[[RobotId, bytes], None],
+        parent: Parent,
+        allow: AllowList,
+        limits: Limits,
+        life: int,
+    ) -> None:
+        self.counts: Counter[str] = Counter()
+        """Outcomes of encounters, and letters refused or dropped"""
+        self.mating = Mating(identity.id, life, bytes.fromhex(schema.digest), limits)
+        self._identity, self._colony, self._schema = identity, colony, schema
+        self._memory, self._send, self._parent, self._allow = memory, send, parent, allow
+        self._early: dict[RobotId, bytes] = {}
+        self._verified = Bucket(_VERIFIED_PER_S)
+        self._unasked = Bucket(_UNASKED_PER_S)
+
+    def resume(self, now_s: float) -> None:
+        """Take up the encounters that wait on the disk."""
+        self.mating.restore(now_s, self._memory.open_records(), self._memory.marks())
+
+    def meet(self, now_s: float, contact: Contact, own: Offer, tick: int) -> None:
+        """Begin a mating with a robot that the own body has met, if it is one to mate with."""
+        if contact.robot == self._identity.id or contact.robot not in self._allow:
+            self.counts["not allowed"] += 1
+            return
+        effects = self.mating.meet(now_s, contact.robot, contact.nonce, own, tick)
+        self._carry_out(now_s, effects)
+        early = self._early.pop(contact.robot, None)
+        if early is not None:
+            self.receive(now_s, early)
+
+    def receive(self, now_s: float, data: bytes) -> None:
+        """Take a letter from anybody."""
+        try:
+            letter, message = open_letter(data)
+        except WireError:
+            self.counts["malformed"] += 1
+            return
+        sender = sender_of(message)
+        if sender not in self._allow:
+            self.counts["not allowed"] += 1
+        elif not self.mating.expects(message):
+            self._put_aside(sender, message, data)
+        elif not self._may_verify(now_s, message):
+            self.counts["too many"] += 1
+        elif not is_genuine(letter, self._colony):
+            self.counts["forged"] += 1
+        elif not self._is_viable(message):
+            self.counts["unfit"] += 1
+        else:
+            self._carry_out(now_s, self.mating.receive(now_s, message, data))
+
+    def tick(self, now_s: float) -> None:
+        """Let time pass."""
+        if self.mating.next_s <= now_s:
+            self._carry_out(now_s, self.mating.tick(now_s))
+
+    def partner_is_back(self, now_s: float, peer: RobotId) -> None:
+        """Resolve what waits for a robot that has come onto the network."""
+        self._carry_out(now_s, self.mating.partner_is_back(now_s, peer))
+
+    def partner_is_gone(self, now_s: float, peer: RobotId) -> None:
+        """Wait no longer for a robot that has left the network."""
+        self._early.pop(peer, None)
+        self._carry_out(now_s, self.mating.partner_is_gone(now_s, peer))
+
+    def _put_aside(self, sender: RobotId, message: MatingMessage, data: bytes) -> None:
+        """Keep a proposal that may have come before the own contact; forget what nobody waits for."""
+        self.counts["unexpected"] += 1
+        if isinstance(message, Propose) and receiver_of(message) == self._identity.id:
+            if len(self._early) >= _EARLY and sender not in self._early:
+                self._early.pop(next(iter(self._early)))
+            self._early[sender] = data
+
+    def _may_verify(self, now_s: float, message: MatingMessage) -> bool:
+        """Limit how much time verification takes: little for an encounter that is not open any more."""
+        is_open = any(record.encounter == message.encounter for record in self.mating.open)
+        bucket = self._verified if is_open or isinstance(message, Propose) else self._unasked
+        return bucket.take(now_s)
+
+    def _is_viable(self, message: MatingMessage) -> bool:
+        """Tell whether genes, if there are any, are finite, in range, and as many as the schema says."""
+        if not isinstance(message, Propose | Accept) or message.schema != self.mating.schema:
+            return True
+        try:
+            unpack_genes(message.genes, self._schema)
+        except WireError:
+            return False
+        return True
+
+    def _carry_out(self, now_s: float, effects: list[Effect]) -> None:
+        """Carry out effects in their order; observers hear of them when the partner has heard."""
+        exchanged: tuple[Record, Decision] | None = None
+        notes: list[Note] = []
+        for effect in effects:
+            match effect:
+                case Write():
+                    try:
+                        exchanged = self._write(effect)
+                    except StoreFull:
+                        self._carry_out(now_s, self.mating.undo(now_s, effect))
+                        break
+                case Send(to=to, message=message):
+                    self._send(to, seal(message, self._colony, self._identity))
+                case Note():
+                    notes.append(effect)
+        if exchanged is not None:
+            self._parent.exchanged(*exchanged)
+        for note in notes:
+            self.counts[note.outcome] += 1
+            self._parent.noted(note)
+
+    def _write(self, write: Write) -> tuple[Record, Decision] | None:
+        """Put records, and the decision that goes with one, on the disk; return the two. Raises StoreFull."""
+        decided = write.decided
+        if decided is None:
+            self._memory.write(write.records)
+            return None
+        decision = self._parent.decide(decided)
+        try:
+            self._memory.write(write.records, decided, decision)
+        except StoreFull:
+            self._parent.undecide()
+            raise
+        return decided, decision

@@ -1,0 +1,28 @@
+"""The settings that robots and arenas report to observers, as JSON."""
+
+from collections.abc import Mapping
+
+import msgspec
+
+from crcolony.body.settings import CyberRodent
+from crcolony.config import Config
+from crcolony.protocol.telemetry_messages import ROBOT_SETTINGS
+
+
+def settings_text(groups: Mapping[str, msgspec.Struct], most: int) -> str:
+    """Return groups of settings as a JSON object of `most` characters; the longest group is left out until it fits."""
+    kept = {name: msgspec.json.encode(group) for name, group in groups.items()}
+    while len(text := msgspec.json.encode({k: msgspec.Raw(v) for k, v in kept.items()})) > most:
+        del kept[max(kept, key=lambda name: len(kept[name]))]
+    return text.decode()
+
+
+def settings_of_robot(config: Config, body: CyberRodent) -> str:
+    """Return what a robot with a body tells of its settings."""
+    groups = {
+        "body": body,
+        "learning": config.learning,
+        "life": config.life,
+        "heredity": config.heredity,
+    }
+    return settings_text(groups, ROBOT_SETTINGS)

@@ -1,0 +1,98 @@
+"""The messages between a robot and its body (PROTOCOL.md, "Between a robot and its body")."""
+
+from typing import Annotated
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+
+from crcolony.body.contract import ACTION_WIDTH, OBSERVATION_WIDTH
+from crcolony.compiled import FloatArray
+from crcolony.protocol.codec import BODY_BYTES, Door, Id, Message, Name, Tick, WireError
+from crcolony.protocol.mating_messages import Nonce
+
+Observed = Annotated[
+    bytes, Meta(min_length=8 * OBSERVATION_WIDTH, max_length=8 * OBSERVATION_WIDTH)
+]
+
+Acted = Annotated[bytes, Meta(min_length=8 * ACTION_WIDTH, max_length=8 * ACTION_WIDTH)]
+
+
+class Join(Message, frozen=True, tag="join"):
+    """A robot asks an arena for a body."""
+
+    robot: Id
+    colony: Name
+    number: Annotated[int, Meta(ge=-1, lt=2**31)]
+    """The place it would like, or -1 for any"""
+
+
+class Embodied(Message, frozen=True, tag="embodied"):
+    """The arena's answer: this is your body."""
+
+    place: Annotated[int, Meta(ge=0, lt=2**31)]
+    world: Annotated[int, Meta(ge=0, lt=2**62)]
+    """Names this run of the arena; its ticks are comparable with no other's"""
+    tick: Tick
+    period_s: Annotated[float, Meta(gt=0.0, le=1e4)]
+    lockstep: bool
+    """Whether the arena waits for this robot's action"""
+    body: Annotated[str, Meta(max_length=BODY_BYTES)]
+    """What the body can do: the settings of `[body]` as JSON"""
+
+
+class Refused(Message, frozen=True, tag="refused"):
+    """The arena's answer: no body for you."""
+
+    reason: Annotated[str, Meta(max_length=200)]
+
+
+class Leave(Message, frozen=True, tag="leave"):
+    """A robot gives its body back."""
+
+    robot: Id
+
+
+class Contact(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
+    """Two robots face each other within infrared range, both ready to mate."""
+
+    robot: Id
+    nonce: Nonce
+
+
+class Observation(Message, frozen=True, tag="observation"):
+    """What a body senses in one control period; its columns are those of `world.body.OBSERVATION`."""
+
+    world: Annotated[int, Meta(ge=0, lt=2**62)]
+    tick: Tick
+    row: Observed
+    contact: Contact | None
+
+
+class Action(Message, frozen=True, tag="action"):
+    """What a robot commands; its columns are those of `world.body.ACTION`. `tick` is the observation it answers."""
+
+    tick: Tick
+    row: Acted
+
+
+def pack_row(row: FloatArray) -> bytes:
+    """Return an observation or an action as it travels: little-endian float64."""
+    return np.ascontiguousarray(row, dtype="<f8").tobytes()
+
+
+def unpack_row(data: bytes) -> FloatArray:
+    """Return a received observation or action; raises WireError for a number that is not finite."""
+    row = np.frombuffer(data, dtype="<f8").astype(np.float64)
+    if not np.isfinite(row).all():
+        raise WireError("a number is not finite")
+    return row
+
+
+decode_join = Door[Join | Leave](Join | Leave, BODY_BYTES).decode
+
+decode_place = Door[Embodied | Refused](Embodied | Refused, BODY_BYTES).decode
+
+decode_observation = Door[Observation](Observation, BODY_BYTES).decode
+
+decode_action = Door[Action](Action, BODY_BYTES).decode

@@ -1,0 +1,175 @@
+"""The key expressions of the colony on Zenoh. PROTOCOL.md explains each.
+
+Anybody may put anything into a key that others hear: what is read out of one is checked here.
+"""
+
+import re
+from typing import NamedTuple
+
+from crcolony.protocol.codec import VERSION
+from crcolony.protocol.identity import ID_BYTES, RobotId
+
+ROOT = f"crcolony/{VERSION}"
+
+
+class ColonyKeys:
+    """Where the robots of one colony live, meet their letters, and are watched."""
+
+    def __init__(self, colony: str) -> None:
+        self._root = f"{ROOT}/colony/{colony}"
+        self.all_alive = f"{self._root}/alive/*/*/*"
+        self.all_versions = f"crcolony/*/colony/{colony}/alive/*/*/*"
+        """Tokens of every version of the protocol"""
+        self.all_states = f"{self._root}/state/*"
+        self.all_events = f"{self._root}/event/*"
+
+    def alive(self, robot: RobotId, life: int, session: str) -> str:
+        """The liveliness token of a robot: its key carries the incarnation and the session."""
+        return f"{self._root}/alive/{robot.hex()}/{life}/{session}"
+
+    def mail(self, robot: RobotId) -> str:
+        """A robot's mailbox."""
+        return f"{self._root}/mail/{robot.hex()}"
+
+    def state(self, robot: RobotId) -> str:
+        """Where a robot publishes its state."""
+        return f"{self._root}/state/{robot.hex()}"
+
+    def event(self, robot: RobotId) -> str:
+        """Where a robot publishes its events."""
+        return f"{self._root}/event/{robot.hex()}"
+
+    def past(self, robot: RobotId) -> str:
+        """Where a robot is asked for events that were missed."""
+        return f"{self._root}/past/{robot.hex()}"
+
+    def about(self, robot: RobotId) -> str:
+        """Where a robot is asked what it is like, and whom it sees."""
+        return f"{self._root}/about/{robot.hex()}"
+
+
+class ArenaKeys:
+    """Where an arena is joined, and where bodies are observed and commanded."""
+
+    def __init__(self, arena: str) -> None:
+        self._root = f"{ROOT}/arena/{arena}"
+        self.all_alive = f"{self._root}/alive/*/*"
+        self.join = f"{self._root}/join"
+        self.scene = f"{self._root}/scene"
+        self.about = f"{self._root}/about"
+        """Where it is asked what it is like"""
+        self.all_actions = f"{self._root}/body/*/action"
+
+    def alive(self, world: int, session: str) -> str:
+        """The liveliness token of one run of the arena."""
+        return f"{self._root}/alive/{world}/{session}"
+
+    def observation(self, robot: RobotId) -> str:
+        """Where a body's observations are published."""
+        return f"{self._root}/body/{robot.hex()}/observation"
+
+    def action(self, robot: RobotId) -> str:
+        """Where a body is commanded."""
+        return f"{self._root}/body/{robot.hex()}/action"
+
+
+def observer(session: str) -> str:
+    """The liveliness token of somebody who only watches."""
+    return f"{ROOT}/observer/{session}"
+
+
+ALL_ROBOTS_ALIVE = f"{ROOT}/colony/*/alive/*/*/*"
+ALL_ARENAS_ALIVE = f"{ROOT}/arena/*/alive/*/*"
+ALL_SCENES = f"{ROOT}/arena/*/scene"
+
+
+_LIFE_BELOW, _WORLD_BELOW, _VERSION_BELOW = 2**32, 2**62, 2**32
+_NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
+"""Of a colony, an arena or a session"""
+
+
+class RobotToken(NamedTuple):
+    """What the key of a robot's liveliness token says."""
+
+    colony: str
+    robot: RobotId
+    life: int
+    session: str
+
+
+class ArenaToken(NamedTuple):
+    """What the key of an arena's liveliness token says."""
+
+    arena: str
+    world: int
+    session: str
+
+
+def robot_token(key: str) -> RobotToken | None:
+    """Return what a robot's token says, or None if it is none."""
+    match chunks(key):
+        case ["colony", colony, "alive", name, number, session]:
+            robot, life = robot_in(name), _number_in(number, _LIFE_BELOW)
+            if robot is not None and life is not None and _are_names(colony, session):
+                return RobotToken(colony, robot, life, session)
+    return None
+
+
+def arena_token(key: str) -> ArenaToken | None:
+    """Return what an arena's token says, or None if it is none."""
+    match chunks(key):
+        case ["arena", arena, "alive", number, session]:
+            world = _number_in(number, _WORLD_BELOW)
+            if world is not None and _are_names(arena, session):
+                return ArenaToken(arena, world, session)
+    return None
+
+
+def robot_topic(key: str, topic: str) -> tuple[str, RobotId] | None:
+    """Return the colony and the robot that a key of this topic (state, event, past, about) names, or None."""
+    match chunks(key):
+        case ["colony", colony, about, name] if about == topic and _are_names(colony):
+            robot = robot_in(name)
+            return None if robot is None else (colony, robot)
+    return None
+
+
+def arena_topic(key: str, topic: str) -> str | None:
+    """Return the arena that a key of this topic (scene, about) names, or None."""
+    match chunks(key):
+        case ["arena", arena, about] if about == topic and _are_names(arena):
+            return arena
+    return None
+
+
+def stranger_in(key: str) -> tuple[RobotId, int] | None:
+    """Return the robot whose token this is and the version of the protocol that it speaks, if it is another one."""
+    match key.split("/"):
+        case ["crcolony", number, "colony", _, "alive", name, _, _]:
+            robot, version = robot_in(name), _number_in(number, _VERSION_BELOW)
+            if robot is not None and version not in (None, VERSION):
+                return robot, version or 0
+    return None
+
+
+def chunks(key: str) -> list[str]:
+    """Return what follows the protocol's root, chunk by chunk."""
+    return key.removeprefix(f"{ROOT}/").split("/")
+
+
+def robot_in(chunk: str) -> RobotId | None:
+    """Return the robot that a chunk of a key names, or None if it names none."""
+    try:
+        robot = bytes.fromhex(chunk)
+    except ValueError:
+        return None
+    return robot if len(robot) == ID_BYTES else None
+
+
+def _are_names(*chunks: str) -> bool:
+    return all(_NAME.fullmatch(chunk) for chunk in chunks)
+
+
+def _number_in(chunk: str, below: int) -> int | None:
+    is_number = chunk.isascii() and chunk.isdigit() and len(chunk) <= len(str(below))
+    return int(chunk) if is_number and int(chunk) < below else None

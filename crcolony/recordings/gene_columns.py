@@ -1,0 +1,50 @@
+"""A column for every gene that has a name: what robots tell of their settings says what their genes are."""
+
+from crcolony.protocol import key_expressions
+from crcolony.protocol.identity import RobotId
+from crcolony.protocol.telemetry_messages import AboutRobot, Told
+from crcolony.recordings.tables import GENES, TABLES, Row
+from crcolony.robot.genes import agent_schema, module_genes
+from crcolony.telemetry.colony_monitor import Heard, Watch
+from crcolony.telemetry.peer_settings import SettingsOf
+
+_MOST_GENES = 4_096
+"""With columns of their own"""
+_PLACE = tuple(TABLES["births"]).index(GENES)
+
+
+class GeneColumns:
+    """Learns what the genes of robots are called, and spreads those of a birth over columns."""
+
+    def __init__(self) -> None:
+        self.names: dict[str, None] = {}
+        """Of the columns, in the order in which they were told"""
+        self._watch, self._settings = Watch(), SettingsOf()
+        self._known: dict[tuple[RobotId, int], tuple[str, ...]] = {}
+        """By robot and life"""
+
+    def learn(self, heard: Heard) -> None:
+        """Take what somebody has answered about itself."""
+        self._watch.take(heard)
+        _, robot = key_expressions.robot_topic(heard.key, "about") or ("", b"")
+        watched = self._watch.robots.get(robot)
+        if watched is None or watched.about is None:
+            return
+        names = self._names_in(watched.about)
+        if len({*self.names, *names}) <= _MOST_GENES:
+            self.names.update(dict.fromkeys(names))
+            self._known[robot, watched.about.life] = names
+
+    def _names_in(self, about: AboutRobot) -> tuple[str, ...]:
+        mind = self._settings.of_robot(about)
+        if mind is None or module_genes(mind.learning) > _MOST_GENES:
+            return ()
+        return tuple(gene.name for gene in agent_schema(mind.learning, mind.heredity).genes)
+
+    def spread(self, told: Told, row: Row) -> Row:
+        """Return a row of births with a value in every column; genes without names stay as they are, in one."""
+        names, genes = self._known.get((told.robot, told.life), ()), row[_PLACE]
+        if not names or genes is None or len(names) != len(genes):
+            return (*row, *(None for _ in self.names))
+        value_of = dict(zip(names, genes, strict=True))
+        return (*row[:_PLACE], None, *row[_PLACE + 1 :], *map(value_of.get, self.names))

@@ -1,0 +1,133 @@
+"""A run as its results folder has it: settings, robots, history. Every way to run a colony leaves such a folder."""
+
+import contextlib
+import heapq
+import json
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+import msgspec
+
+from crcolony.config import Config, load
+from crcolony.errors import Refusal
+from crcolony.evolution.history import Born, Died, Event, Lived, Mated, TurnedOver
+from crcolony.protocol.identity import ID_BYTES, RobotId, seeded
+from crcolony.storage.reading import read_memory
+from crcolony.storage.sql import StoreError
+
+COLONY = "colony"
+"""What a colony is called that nobody has named"""
+_TABLES: tuple[tuple[str, type[Event], int], ...] = (
+    ("deaths", Died, 0),
+    ("matings", Mated, 1),
+    ("turnovers", TurnedOver, 2),
+    ("lives", Lived, 2),
+    ("births", Born, 3),
+)
+"""Of a history, and what comes first in a tick"""
+
+
+class PastRunError(Refusal):
+    """A results folder does not tell of its run: the message names the file and the reason."""
+
+
+@dataclass(frozen=True)
+class PastRun:
+    """What is known of a run."""
+
+    folder: Path
+    config: Config
+    colony: str
+    robots: tuple[RobotId, ...]
+    """By their numbers in the history"""
+    generations: int
+    """That all robots have ended"""
+    history_hash: str
+    start_unix_ms: int
+    """When its folder was made"""
+
+    @property
+    def history(self) -> Path:
+        """Where its history is."""
+        return self.folder / "history.sqlite"
+
+    @property
+    def is_repeatable(self) -> bool:
+        """Whether its robots are those of an embedded or lockstep colony, which the config alone decides."""
+        return self.robots == _seeded_robots(self.config, self.colony)
+
+
+def read_run(folder: Path) -> PastRun:
+    """Read what a folder says of its run; raises PastRunError, or ConfigError."""
+    settings, path = folder / "config.toml", folder / "run.json"
+    if not settings.is_file():
+        raise PastRunError(f"{folder}: no results folder: config.toml is missing")
+    config = load(settings)
+    if not path.is_file():
+        raise PastRunError(f"{path}: missing; it is written when the run ends")
+    try:
+        told: dict[str, Any] = json.loads(path.read_text("utf-8"))
+        names = told.get("robots")
+        colony = COLONY if names is None else _colony_of(folder)
+        return PastRun(
+            folder=folder,
+            config=config,
+            colony=colony,
+            robots=_seeded_robots(config, colony) if names is None else _ids(names),
+            generations=int(told["generations"]),
+            history_hash=str(told["history_hash"]),
+            start_unix_ms=int(1000.0 * settings.stat().st_mtime),
+        )
+    except OSError as error:
+        raise PastRunError(f"{path}: cannot be read: {error.strerror}") from None
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise PastRunError(f"{path}: does not tell of a run: {error}") from None
+
+
+def _seeded_robots(config: Config, colony: str) -> tuple[RobotId, ...]:
+    return tuple(seeded(colony, config.seed, number).id for number in range(config.robots))
+
+
+def _ids(names: list[str]) -> tuple[RobotId, ...]:
+    robots = tuple(bytes.fromhex(name) for name in names)
+    if any(len(robot) != ID_BYTES for robot in robots):
+        raise ValueError("robots: not ids of 32 hex digits")
+    return robots
+
+
+def _colony_of(folder: Path) -> str:
+    """Return the colony's name, which robots remember."""
+    for memory in sorted(folder.glob("robots/*/memory.sqlite")):
+        with contextlib.suppress(StoreError):  # the next one remembers it as well
+            colony = read_memory(memory).colony
+            if colony is not None:
+                return colony
+    return COLONY
+
+
+def read_history(path: Path) -> Iterator[Event]:
+    """Yield the events of a history in order, as the run hashed them; raises PastRunError."""
+    if not path.is_file():
+        raise PastRunError(f"{path}: missing; it is written when the run ends")
+    try:
+        with closing(
+            sqlite3.connect(f"file:{quote(str(path.absolute()))}?mode=ro", uri=True)
+        ) as it:
+            tables = [_events(it, *table) for table in _TABLES]
+            for _, event in heapq.merge(*tables, key=lambda entry: entry[0]):
+                yield event
+    except (sqlite3.Error, msgspec.ValidationError) as error:
+        raise PastRunError(f"{path}: cannot be read: {error}") from None
+
+
+def _events(
+    database: sqlite3.Connection, table: str, kind: type[Event], order: int
+) -> Iterator[tuple[tuple[int, int, int], Event]]:
+    for row in database.execute(f"SELECT * FROM {table} ORDER BY rowid"):
+        event = msgspec.convert((kind.__name__, *row), kind, strict=False)
+        yield (event.tick, order, event.robot), event

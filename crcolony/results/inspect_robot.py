@@ -1,0 +1,247 @@
+"""What is in a robot's memory, for people and for spreadsheets: `crcolony inspect`."""
+
+import contextlib
+import csv
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from crcolony.config import Config, ConfigError, load
+from crcolony.evolution.history import Born, Lived
+from crcolony.protocol.codec import WireError
+from crcolony.protocol.encounters import Record
+from crcolony.protocol.envelope import is_genuine, open_letter
+from crcolony.protocol.mating_messages import Accept, Propose, pack_genes
+from crcolony.robot.genes import agent_schema
+from crcolony.storage.reading import Memory, read_memory
+from crcolony.storage.rows import Decision
+
+_COLONY = "colony"
+"""What a colony is called unless its user says otherwise, for a memory that holds no snapshot yet"""
+_ANCESTORS = 3
+"""Generations that a lineage goes back."""
+
+Proof = Literal["signed", "other", "doctored"]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a table; genes get a column each."""
+
+    values: Sequence[object]
+    genes: bytes = b""
+
+
+def inspect_memory(path: Path, table: str | None) -> None:
+    """Print what a robot remembers, or one table of it as comma-separated values; raises StoreError."""
+    memory = read_memory(path)
+    if table is None:
+        print("\n".join(_in_words(memory)))
+        return
+    columns, rows = _TABLES[table](memory)
+    genes = max((len(row.genes) // 8 for row in rows), default=0)
+    names = gene_names(path, memory.schema)
+    if len(names) != genes:
+        names = [f"gene {place}" for place in range(genes)]
+    writer = csv.writer(sys.stdout, lineterminator="\n")
+    writer.writerow([*columns, *names])
+    for row in rows:
+        values = np.frombuffer(row.genes, dtype="<f8").tolist() or [""] * genes
+        writer.writerow([*row.values, *values])
+
+
+# In words -----------------------------------------------------------------------------------------------------------
+
+
+def _in_words(memory: Memory) -> Iterator[str]:
+    yield f"memory of robot {memory.robot.hex()}"
+    if memory.taken is None or memory.tick is None:
+        yield f"life {memory.life}, nothing saved yet"
+    else:
+        when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(memory.taken))
+        yield f"life {memory.life}, generation {memory.generation}, saved {when} at tick {memory.tick}"
+    yield from _matings_in_words(memory)
+    yield from _open_in_words(memory)
+    yield f"offspring pool: {len(memory.pool)} for the next generation"
+    yield _proofs_in_words(memory)
+    yield from _lineage_in_words(memory)
+
+
+def _matings_in_words(memory: Memory) -> Iterator[str]:
+    states = Counter(record.state for record, _ in memory.matings)
+    named = ", ".join(f"{count} {state}" for state, count in states.most_common())
+    yield f"encounters: {len(memory.matings)}" + (f" ({named})" if named else "")
+    decided = [(record.peer, d) for record, d in memory.matings if d is not None]
+    conceived = Counter(peer for peer, decision in decided if decision.conceived)
+    too_late = sum(decision.too_late for _, decision in decided)
+    partners = Counter(peer for peer, _ in decided)
+    yield (
+        f"matings: {len(decided)} with {_counted(len(partners), 'partner')},"
+        f" {conceived.total()} offspring"
+        + (f", {too_late} too late for their generation" if too_late else "")
+    )
+    for peer, count in partners.most_common():
+        yield f"  {peer.hex()[:8]}: {_counted(count, 'mating')}, {conceived[peer]} offspring"
+
+
+def _open_in_words(memory: Memory) -> Iterator[str]:
+    waiting = [record for record, _ in memory.matings if record.waits]
+    yield f"open encounters: {len(waiting)}"
+    for record in waiting:
+        what = "in doubt" if record.state == "prepared" else "decided, not acknowledged"
+        orphaned = ", orphaned: the partner did not come back" if record.orphaned else ""
+        yield f"  with {record.peer.hex()[:8]} since tick {record.tick}: {what}{orphaned}"
+
+
+def _proofs_in_words(memory: Memory) -> str:
+    colony = _colony_of(memory)
+    proofs = Counter(proof_of(record, colony) for record, _ in memory.matings if record.proof)
+    if not proofs:
+        return "partners' letters: none"
+    told = f"partners' letters: {proofs['signed']} of {proofs.total()} signed for colony {colony}"
+    if proofs["doctored"]:
+        told += f", {proofs['doctored']} DO NOT say what the memory says"
+    if proofs["other"]:
+        told += f", {proofs['other']} for another colony or forged"
+    return told
+
+
+def _lineage_in_words(memory: Memory) -> Iterator[str]:
+    births = {event.agent: event for event in memory.events if isinstance(event, Born)}
+    if not births:
+        yield "lineage: nobody is born yet"
+        return
+    newest = max(born.generation for born in births.values())
+    living = [born for born in births.values() if born.generation == newest]
+    yield f"lineage of the {len(living)} living agents (mother × father, {_ANCESTORS} generations back):"
+    for born in living:
+        steps = [_short(born.agent)]
+        ancestor: Born | None = born
+        for _ in range(_ANCESTORS):
+            if ancestor is None or ancestor.mother is None:
+                break
+            father = f" × {_short(ancestor.father)}" if ancestor.father else ""
+            steps.append(f"{_short(ancestor.mother)}{father}")
+            ancestor = births.get(ancestor.mother)
+        yield "  " + " ← ".join(steps)
+
+
+def _short(agent: str) -> str:
+    robot, slash, own = agent.partition("/")
+    return f"{robot[:8]}{slash}{own}"
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}" + ("" if count == 1 else "s")
+
+
+def _colony_of(memory: Memory) -> str:
+    return memory.colony or _COLONY
+
+
+def proof_of(record: Record, colony: str) -> Proof:
+    """Tell whether the partner's letter says what the record says, and whether it is signed for this colony."""
+    try:
+        letter, message = open_letter(record.proof)
+    except WireError:
+        return "doctored"
+    expected = Propose if record.role == "responder" else Accept
+    partner = record.partner
+    if (
+        not isinstance(message, expected)
+        or partner is None
+        or (message.encounter, message.nonce) != (record.encounter, record.nonce)
+        or (message.agent, message.genes) != (partner.agent, partner.genes)
+    ):
+        return "doctored"
+    return "signed" if is_genuine(letter, colony) else "other"
+
+
+# As a table ---------------------------------------------------------------------------------------------------------
+
+Table = tuple[Sequence[str], list[Row]]
+
+
+def _matings(memory: Memory) -> Table:
+    columns = (
+        "tick", "role", "state", "orphaned", "partner_robot", "life", "count", "agent",
+        "partner", "letter", "energy", "conceived", "too_late", "step",
+    )  # fmt: skip
+    colony = _colony_of(memory)
+    return columns, [_mating_row(record, decision, colony) for record, decision in memory.matings]
+
+
+def _mating_row(record: Record, decision: Decision | None, colony: str) -> Row:
+    """Return an encounter, with the genes of the offspring if it led to one."""
+    encounter, partner = record.encounter, record.partner
+    own: list[object] = [
+        record.tick,
+        record.role,
+        record.state,
+        int(record.orphaned),
+        record.peer.hex(),
+        encounter.life,
+        encounter.count,
+        record.own.agent,
+        partner.agent if partner else "",
+        proof_of(record, colony) if record.proof else "",
+    ]
+    if decision is None:
+        return Row([*own, "", "", "", ""])
+    decided = [decision.energy, int(decision.conceived), int(decision.too_late), decision.step]
+    return Row(own + decided, decision.child)
+
+
+def _births(memory: Memory) -> Table:
+    columns = ("tick", "generation", "agent", "mother", "father", "genotype")
+    return columns, [
+        Row([b.tick, b.generation, b.agent, b.mother, b.father, b.genotype], b.genes)
+        for b in memory.events
+        if isinstance(b, Born)
+    ]
+
+
+def _lives(memory: Memory) -> Table:
+    columns = ("tick", "generation", "agent", "steps", "energy", "captures", "matings")
+    return columns, [
+        Row([getattr(event, name) for name in columns])
+        for event in memory.events
+        if isinstance(event, Lived)
+    ]
+
+
+def _pool(memory: Memory) -> Table:
+    return ("step", "mother", "father"), [
+        Row([child.step, child.mother, child.father], pack_genes(child.genes))
+        for child in memory.pool
+    ]
+
+
+_TABLES: dict[str, Callable[[Memory], Table]] = {
+    "matings": _matings,
+    "births": _births,
+    "lives": _lives,
+    "pool": _pool,
+}
+
+
+def gene_names(path: Path, schema: bytes) -> list[str]:
+    """Return what a memory's genes are called, by the built-in config or that of its results folder; else nothing."""
+    for config in _configs(path):
+        candidate = agent_schema(config.learning, config.heredity)
+        if candidate.digest == schema.hex():
+            return [gene.name for gene in candidate.genes]
+    return []
+
+
+def _configs(path: Path) -> Iterator[Config]:
+    yield Config()
+    for folder in list(path.absolute().parents)[:3]:  # launch puts memories into OUT/robots/0
+        with contextlib.suppress(ConfigError):
+            yield load(folder / "config.toml")

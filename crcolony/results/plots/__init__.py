@@ -1,0 +1,39 @@
+"""The figures of a run, or of many: what they show by generation, and the potentials that evolved.
+
+arms.py         the runs of some folders, and which of them belong together
+bands.py        the mean over runs, and how sure it is
+figures.py      matings, energy, meta-parameters
+potentials.py   the shaping potentials
+style.py        sizes, colours, fonts, files
+"""
+
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+
+from crcolony.results.plots.conditions import Arm, PlotsError, read_arms
+
+__all__ = ["Arm", "PlotsError", "draw_arms", "draw_plots", "read_arms"]
+
+
+def draw_plots(folder: Path) -> list[Path]:
+    """Draw a run's figures as pictures to look at into `folder/plots`; return the files. Raises PlotsError."""
+    return draw_arms(read_arms([folder]), folder / "plots", ("png",))
+
+
+def draw_arms(arms: Sequence[Arm], out: Path, formats: Sequence[str]) -> list[Path]:
+    """Draw the figures of some arms into a folder, each in every format (pdf, svg or png); return the files.
+
+    Equal runs give equal bytes. Raises PlotsError if matplotlib is missing, or a file cannot be read or written.
+    """
+    if any(find_spec(library) is None for library in ("matplotlib", "scipy")):
+        raise PlotsError("plots need matplotlib and scipy: pip install 'crcolony[experiments]'")
+    from crcolony.results.plots.figures import draw_figures
+    from crcolony.results.plots.style import style, write
+
+    with style():
+        return [
+            write(figure, out / f"{name}.{format_}")
+            for name, figure in draw_figures(arms).items()
+            for format_ in formats
+        ]

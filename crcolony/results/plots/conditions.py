@@ -1,0 +1,208 @@
+"""The runs of some folders, grouped into arms: runs of the same settings, which differ by chance alone."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from crcolony.config import Config, ConfigError, load
+from crcolony.errors import Refusal
+from crcolony.results.generation_summary import QUANTILES, quantile_of
+from crcolony.results.generation_table import read_table
+from crcolony.results.plots.bands import FEWEST, Band, Table, band_of
+from crcolony.robot.genes import META_PARAMETERS
+from crcolony.robot.modules import MODULES
+from crcolony.storage.files import ResultsError
+
+_MEANS = ("generation", "matings", "conceptions", "captures", "energy", "starved", "lived_steps")
+_MOST_DIFFERENCES = 3
+"""Arms that differ in more settings are told apart by their folders."""
+
+
+class PlotsError(Refusal):
+    """The plots cannot be drawn: the message says why."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """What one run left behind."""
+
+    folder: Path
+    config: Config
+    table: Table
+
+
+@dataclass(frozen=True)
+class Arm:
+    """Runs of the same settings, and what tells them from other arms (nothing, where there are none)."""
+
+    name: str
+    runs: tuple[Run, ...]
+
+    def band(self, column: str) -> Band:
+        """Return a column's mean over the runs, with its band."""
+        return band_of([run.table for run in self.runs], column)
+
+    @property
+    def config(self) -> Config:
+        """What all its runs have, but for the seed and the number of generations."""
+        return self.runs[0].config
+
+    @property
+    def label(self) -> str:
+        """What a legend says: the name, and how many runs are behind what is drawn."""
+        count = self.band("matings").count
+        runs = f"{count.max()} runs" if count.max() > 1 else f"1 run, seed {self.config.seed}"
+        if count.min() < count.max():
+            runs = f"{count.min()} to {runs}"
+        return f"{self.name} ({runs})" if self.name else runs
+
+    def in_words(self) -> str:
+        """Say how many runs are drawn, and how far."""
+        drawn = self.band("matings").generation
+        furthest = max(run.table["generation"][-1] for run in self.runs)
+        words = f"{self.label}: generations {drawn[0]:.0f} to {drawn[-1]:.0f}"
+        if furthest > drawn[-1]:
+            words += f"; fewer than {min(len(self.runs), FEWEST)} runs go on to {furthest:.0f}"
+        return words
+
+
+def read_arms(folders: Sequence[Path]) -> tuple[Arm, ...]:
+    """Read runs and group them by their settings; a folder is that of a run, or of a comparison (ARM/seed-N).
+
+    The seed and the number of generations make no difference. The arms of a comparison have the names of its folders,
+    others are called by the settings in which they differ. Raises PlotsError for what is not there, damaged, or twice.
+    """
+    try:
+        found = [run for folder in folders for run in _runs_in(folder)]
+        arms = _grouped([_read_run(folder) for folder in found])
+    except (ConfigError, ResultsError) as error:
+        raise PlotsError(str(error)) from None
+    except OSError as error:
+        raise PlotsError(f"{error.filename}: cannot be read: {error.strerror}") from None
+    names = [runs[0].folder.parent.name.replace("-", " ") for runs in arms]
+    if not set(found).isdisjoint(folders) or len(set(names)) < len(names):
+        return tuple(map(Arm, _differences(arms), arms))
+    by_name = sorted(map(Arm, names, arms), key=lambda arm: _distance(arm.config))
+    return tuple(
+        by_name
+    )  # what others are compared with comes first: it is nearest to the defaults
+
+
+def _runs_in(folder: Path) -> list[Path]:
+    """Return the folders of a comparison's runs in which a generation has ended, or the folder if it is a run's."""
+    if not folder.is_dir():
+        raise PlotsError(f"{folder}: there is no such folder")
+    if (folder / "config.toml").exists():
+        return [folder]
+    runs = sorted(path.parent for path in folder.glob("*/seed-*/config.toml"))
+    if not runs:
+        raise PlotsError(
+            f"{folder}: neither a run (config.toml) nor a comparison (ARM/seed-N/config.toml)"
+        )
+    begun = [run for run in runs if (run / "generations.csv").exists()]
+    if not begun:
+        raise PlotsError(f"{folder}: no generation has ended yet, there is nothing to draw")
+    return begun
+
+
+def _read_run(folder: Path) -> Run:
+    return Run(folder, load(folder / "config.toml"), _read_table(folder / "generations.csv"))
+
+
+def _read_table(path: Path) -> Table:
+    rows = read_table(path)
+    if not rows:
+        raise PlotsError(f"{path}: no generation has ended yet, there is nothing to draw")
+    names = [name for name in rows[0] if name is not None]
+    missing = [name for name in _columns() if name not in names]
+    if missing:
+        raise PlotsError(f"{path}: corrupt: no column {missing[0]}")
+    if any(None in row or None in row.values() for row in rows):
+        raise PlotsError(f"{path}: corrupt: a row is not as long as the header")
+    if not path.read_bytes().endswith(b"\n"):  # its last number may look whole
+        raise PlotsError(f"{path}: corrupt: the last row is half-written")
+    try:
+        table = {name: np.array([float(row[name]) for row in rows]) for name in names}
+    except ValueError:
+        raise PlotsError(f"{path}: corrupt: a row is not made of numbers") from None
+    if not all(np.isfinite(column).all() for column in table.values()):
+        raise PlotsError(f"{path}: corrupt: a number is not finite")
+    if not (np.diff(table["generation"]) > 0).all():
+        raise PlotsError(f"{path}: corrupt: generations are not in order")
+    return table
+
+
+def _columns() -> list[str]:
+    """Name the columns that are drawn."""
+    genes = [f"{module.name}.{meta}" for module in MODULES for meta in META_PARAMETERS]
+    return [*_MEANS, *(quantile_of(gene, share) for gene in genes for share in QUANTILES)]
+
+
+def _grouped(runs: Sequence[Run]) -> list[tuple[Run, ...]]:
+    """Put the runs of the same settings together, in the order in which they come."""
+    arms: dict[Config, tuple[Run, ...]] = {}
+    for run in runs:
+        setting = msgspec.structs.replace(run.config, seed=0, generations=0)
+        others = arms.get(setting, ())
+        _refuse_twice(run, others)
+        arms[setting] = (*others, run)
+    for alike in arms.values():
+        if not band_of([run.table for run in alike], "matings").count.size:
+            raise PlotsError(f"{alike[0].folder}: has no generation in common with its like")
+    return list(arms.values())
+
+
+def _refuse_twice(run: Run, others: Sequence[Run]) -> None:
+    """Raise PlotsError for a run that counts already, or a copy of it: it would make a band look surer than it is."""
+    for other in others:
+        if all(run.table[name][0] == other.table[name][0] for name in _columns()):
+            raise PlotsError(f"{run.folder}: the same run as {other.folder}")
+
+
+def _differences(arms: Sequence[Sequence[Run]]) -> list[str]:
+    """Name each arm by the settings in which arms differ; where these are several, by those that are not defaults."""
+    settings = [_settings(runs[0].config) for runs in arms]
+    keys = [key for key in settings[0] if any(each[key] != settings[0][key] for each in settings)]
+    if len(keys) > 1:
+        defaults = _settings(Config())
+        shown = [[key for key in keys if each[key] != defaults[key]] for each in settings]
+    else:
+        shown = [keys for _ in settings]
+    if max(map(len, shown)) > _MOST_DIFFERENCES:
+        return [str(runs[0].folder) for runs in arms]
+    names = [
+        ", ".join(f"{key} = {_in_toml(each[key])}" for key in own)
+        for own, each in zip(shown, settings, strict=True)
+    ]
+    return [name or "baseline" for name in names] if len(arms) > 1 else names
+
+
+def _distance(config: Config) -> int:
+    """Count the settings that are not the defaults."""
+    own, defaults = _settings(config), _settings(Config())
+    return sum(own[key] != defaults[key] for key in own)
+
+
+def _settings(config: Config) -> dict[str, Any]:
+    """Return all settings that make an arm, by their whole names, as in `life.agents`."""
+    settings = _flat(msgspec.to_builtins(config))
+    del settings["seed"], settings["generations"]
+    return settings
+
+
+def _flat(tree: Mapping[str, Any], group: str = "") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for name, value in tree.items():
+        if isinstance(value, Mapping):
+            flat |= _flat(value, f"{group}{name}.")
+        else:
+            flat[group + name] = value
+    return flat
+
+
+def _in_toml(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)

@@ -1,0 +1,172 @@
+"""The figures by generation: a line for a run, or for the mean of an arm's runs in its band."""
+
+from collections.abc import Sequence
+from math import ceil
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from crcolony.results.generation_summary import quantile_of
+from crcolony.results.plots.bands import FEWEST
+from crcolony.results.plots.conditions import Arm, PlotsError
+from crcolony.results.plots.potentials import draw_potentials
+from crcolony.results.plots.style import (
+    COLUMN_IN,
+    LINES,
+    PAGE_IN,
+    band_look,
+    begin_axes,
+    new_figure,
+)
+from crcolony.robot.genes import META_PARAMETERS
+from crcolony.robot.modules import MODULES
+
+_PANELS = {
+    "matings": "Matings per agent",
+    "conceptions": "Conceptions per agent",
+    "captures": "Batteries captured per agent",
+    "energy": "Mean energy while alive",
+    "starved": "Share of agents that starved",
+    "lived_steps": "Steps lived per agent",
+}
+_SHARES = ("energy", "starved")
+_SYMBOLS = dict(zip(META_PARAMETERS, ("α", "γ", "λ", "τ", "decay of τ"), strict=True))
+_LETTERS_PER_IN, _HANDLE_LETTERS, _LINE_IN = 14.5, 8, 0.16
+"""How large the text of a legend is, and how wide its pieces of lines are."""
+
+
+def draw_figures(arms: Sequence[Arm]) -> dict[str, Figure]:
+    """Return the figures of some arms by name; of several runs also `matings` alone, for a column of a paper.
+
+    Raises PlotsError for more arms than can be told apart, or a history that cannot be read.
+    """
+    if len(arms) > len(LINES):
+        raise PlotsError(f"{len(arms)} settings: a figure can tell {len(LINES)} apart")
+    figures = {} if _is_single(arms) else {"matings": draw_matings(arms)}
+    return figures | {
+        "generations": draw_generations(arms),
+        "meta_parameters": draw_meta_parameters(arms),
+        "potentials": draw_potentials(arms),
+    }
+
+
+def draw_matings(arms: Sequence[Arm]) -> Figure:
+    """Draw the matings by generation, one column wide."""
+    figure = new_figure(COLUMN_IN, 1.9)
+    axes = figure.subplots()
+    _draw_lines(axes, arms, "matings")
+    begin_axes(axes)
+    axes.set_xlabel("generation")
+    axes.set_ylabel("matings per agent")
+    _add_legend(figure, arms, caption(arms))
+    return figure
+
+
+def draw_generations(arms: Sequence[Arm]) -> Figure:
+    """Draw what agents did, and how they fared, by generation."""
+    figure = new_figure(PAGE_IN, 3.2)
+    rows = figure.subplots(2, 3, sharex=True)
+    for axes, (column, title) in zip(rows.flat, _PANELS.items(), strict=True):
+        _draw_lines(axes, arms, column)
+        begin_axes(axes, title, top=1.0 if column in _SHARES else 0.0)
+    for axes in rows[-1]:
+        axes.set_xlabel("generation")
+    _add_legend(figure, arms, caption(arms))
+    return figure
+
+
+def draw_meta_parameters(arms: Sequence[Arm]) -> Figure:
+    """Draw each module's meta-parameters: of one run the median and the spread over agents, of more the medians.
+
+    The axes reach as far as evolution may take a meta-parameter.
+    """
+    figure = new_figure(PAGE_IN, 2.9)
+    rows = figure.subplots(len(MODULES), len(META_PARAMETERS), sharex=True, sharey="col")
+    for module, axes_row in zip(MODULES, rows, strict=True):
+        for meta, axes in zip(META_PARAMETERS, axes_row, strict=True):
+            gene = f"{module.name}.{meta}"
+            if _is_single(arms):
+                _draw_spread(axes, arms[0], gene)
+            _draw_lines(axes, arms, quantile_of(gene, 0.5))
+            begin_axes(axes, top=_highest(arms, meta))
+        axes_row[0].set_ylabel(module.name)
+    for meta, top, bottom in zip(META_PARAMETERS, rows[0], rows[-1], strict=True):
+        top.set_title(_SYMBOLS[meta])
+        bottom.set_xlabel("generation")
+    if _is_single(arms):
+        words = "Medians over agents, and the middle 50 % and 90 % of them"
+    else:
+        words = f"Each run's median over agents. {caption(arms)}".strip()
+    _add_legend(figure, arms, words)
+    return figure
+
+
+def caption(arms: Sequence[Arm]) -> str:
+    """Say what lines and bands are; nothing where no arm has several runs."""
+    sizes = {len(arm.runs) for arm in arms}
+    if max(sizes) == 1:
+        return ""
+    if max(sizes) < FEWEST:
+        return "Means over runs; bands go from one run to the other"
+    if 2 in sizes:
+        return (
+            "Means over runs with 95 % intervals (Student's t);\n"
+            "of two runs the bands go from one to the other"
+        )
+    return "Means over runs with 95 % intervals (Student's t)"
+
+
+def _is_single(arms: Sequence[Arm]) -> bool:
+    """Tell whether there is but one run."""
+    return sum(len(arm.runs) for arm in arms) == 1
+
+
+def _draw_lines(axes: Axes, arms: Sequence[Arm], column: str) -> None:
+    for arm, line in zip(arms, LINES, strict=False):
+        band = arm.band(column)
+        if len(arm.runs) > 1:
+            axes.fill_between(band.generation, band.low, band.high, **band_look(line))
+        dot = "o" if band.generation.size == 1 else ""  # a line of one point is not seen
+        axes.plot(band.generation, band.mean, marker=dot, **line)
+
+
+def _draw_spread(axes: Axes, arm: Arm, gene: str) -> None:
+    table = arm.runs[0].table
+    for low, high in ((0.05, 0.95), (0.25, 0.75)):
+        axes.fill_between(
+            table["generation"],
+            table[quantile_of(gene, low)],
+            table[quantile_of(gene, high)],
+            **(band_look(LINES[0]) | {"linewidth": 0.0}),
+        )
+
+
+def _highest(arms: Sequence[Arm], meta: str) -> float:
+    """Return how large a meta-parameter can be in any of the arms."""
+    return max(float(getattr(arm.config.heredity, f"highest_{meta}")) for arm in arms)
+
+
+def _add_legend(figure: Figure, arms: Sequence[Arm], title: str) -> None:
+    """Put a legend on top and make room for it: each arm a line in its band, side by side as far as they fit."""
+    labels = [arm.label for arm in arms]
+    bands = [Patch(**band_look(line)) for line in LINES]
+    lines = [Line2D([], [], **line) for line in LINES]
+    handles: list[Any] = [  # matplotlib's types know no legend of a line in its band
+        (band, line) if len(arm.runs) > 1 else (line,)
+        for arm, band, line in zip(arms, bands, lines, strict=False)
+    ]
+    letters = int(figure.get_figwidth() * _LETTERS_PER_IN)
+    columns = max(1, letters // (max(map(len, labels)) + _HANDLE_LETTERS))
+    figure.legend(
+        handles,
+        labels,
+        loc="outside upper left",
+        ncols=min(columns, len(arms)),
+        title=title,
+        alignment="left",
+    )
+    height = ceil(len(arms) / columns) + len(title.splitlines())
+    figure.set_figheight(figure.get_figheight() + _LINE_IN * height)

@@ -1,0 +1,151 @@
+"""The potentials that evolved: of one run those of its best agents, of many the mean over all."""
+
+import sqlite3
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from matplotlib.ticker import MaxNLocator
+
+from crcolony.compiled import FloatArray
+from crcolony.config import Config
+from crcolony.learning.features import NormalizedRBF
+from crcolony.results.plots.conditions import Arm, PlotsError, Run
+from crcolony.results.plots.style import COLUMN_IN, new_figure
+from crcolony.robot.genes import agent_schema, decode
+from crcolony.robot.modules import MODULES
+
+_BEST = 3
+_POINTS = 61
+_LEVELS = 6
+_IMAGE: dict[str, Any] = {"cmap": "cividis", "interpolation": "bilinear"}
+
+
+@dataclass(frozen=True)
+class _Row:
+    """Genes whose potentials are drawn beside each other."""
+
+    label: str
+    genes: FloatArray
+    config: Config
+
+
+def draw_potentials(arms: Sequence[Arm]) -> Figure:
+    """Draw a potential for each module; raises PlotsError if a history cannot be read."""
+    runs = [run for arm in arms for run in arm.runs]
+    if len(runs) == 1:
+        return _draw("Potentials of the agents that mated most", _best_of(runs[0]))
+    means = [_mean_of(arm) for arm in _shaped(arms)]
+    return _draw("Mean potentials of the last generation's agents", means)
+
+
+def _shaped(arms: Sequence[Arm]) -> Sequence[Arm]:
+    """Leave out the arms whose potentials are flat, if there are others."""
+    return [arm for arm in arms if arm.config.learning.shaping] or arms
+
+
+def _best_of(run: Run) -> list[_Row]:
+    """Return the agents that mated most in the last generation that has ended."""
+    agents = _read_agents(run, int(run.table["generation"][-1]))[:_BEST]
+    return [
+        _Row(f"agent with {matings} mating{'s' * (matings != 1)}", genes, run.config)
+        for genes, matings in agents
+    ]
+
+
+def _mean_of(arm: Arm) -> _Row:
+    """Return the mean over runs of the mean over all agents of the last generation that is drawn.
+
+    A potential is linear in its genes: that of the mean genes is the mean potential.
+    """
+    last = arm.band("matings").generation[-1]
+    runs = [run for run in arm.runs if last in run.table["generation"]]
+    means = [np.mean([genes for genes, _ in _read_agents(run, int(last))], axis=0) for run in runs]
+    return _Row(arm.label, np.mean(means, axis=0), arm.config)
+
+
+def _read_agents(run: Run, generation: int) -> list[tuple[FloatArray, int]]:
+    """Return genes and matings of a generation's agents, those that mated most first; raises PlotsError."""
+    path = run.folder / "history.sqlite"
+    size = len(agent_schema(run.config.learning, run.config.heredity).genes)
+    try:
+        with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as database:
+            rows = database.execute(
+                "SELECT births.genes, lives.matings FROM lives JOIN births USING (agent)"
+                " WHERE lives.generation = ? ORDER BY lives.matings DESC, lives.captures DESC, agent",
+                (generation,),
+            ).fetchall()
+        agents = [(np.frombuffer(genes, dtype="<f8"), int(matings)) for genes, matings in rows]
+    except (sqlite3.Error, TypeError, ValueError) as error:
+        raise PlotsError(f"{path}: {error}") from None
+    if not agents or any(genes.size != size for genes, _ in agents):
+        raise PlotsError(f"{path}: corrupt: no agents of generation {generation} with {size} genes")
+    return agents
+
+
+def _draw(title: str, rows: Sequence[_Row]) -> Figure:
+    """Draw a row of fields for each, under one scale of colours for all fields of a module."""
+    figure = new_figure(COLUMN_IN, 0.9 + 1.25 * len(rows))
+    grid = figure.subplots(len(rows), len(MODULES), squeeze=False, sharex=True, sharey=True)
+    fields = [_fields(row) for row in rows]
+    for m, module in enumerate(MODULES):
+        low = min(float(field[m].min()) for field in fields)
+        high = max(float(field[m].max()) for field in fields)
+        for row, axes, field in zip(rows, grid[:, m], fields, strict=True):
+            image = _draw_field(axes, field[m], row.config, low, high)
+        scale = figure.colorbar(
+            image,
+            ax=list(grid[:, m]),
+            location="top",
+            aspect=25,
+            pad=0.06 / len(rows),
+            ticks=MaxNLocator(3, steps=[1, 2, 5, 10]),
+        )
+        scale.set_label(f"Φ of {module.name}")
+        grid[-1, m].set_xlabel("bearing (°)")
+    for row, axes in zip(rows, grid[:, 0], strict=True):
+        axes.set_title(row.label)
+        axes.set_ylabel("distance (m)")
+    corners = [_corner(row.config) for row in rows]  # arms may see differently far
+    half_deg, range_m = np.max(corners, axis=0)
+    axes.set(xlim=(-half_deg, half_deg), ylim=(0.0, range_m))
+    figure.suptitle(title, x=0.02, ha="left")
+    return figure
+
+
+def _fields(row: _Row) -> list[FloatArray]:
+    """Return each module's potential, (distances, bearings), over all that its camera sees."""
+    body, learning = row.config.body, row.config.learning
+    corner = np.array([body.camera_range_m, body.camera_half_angle_rad])
+    counts = np.array([learning.potential_distances, learning.potential_bearings])
+    network = NormalizedRBF.grid(np.zeros(2), corner, counts)
+    distances = np.linspace(0.0, corner[0], _POINTS)
+    bearings = np.abs(np.linspace(-corner[1], corner[1], _POINTS))
+    features = np.array([[network(np.array([d, b]))[1] for b in bearings] for d in distances])
+    return [features @ weights.ravel() for weights in decode(row.genes, learning).potentials]
+
+
+def _draw_field(
+    axes: Axes, field: FloatArray, config: Config, low: float, high: float
+) -> AxesImage:
+    """Draw a potential as an image with lines of equal height, which need no colours."""
+    half_deg, range_m = _corner(config)
+    extent = (-half_deg, half_deg, 0.0, range_m)
+    image = axes.imshow(
+        field, origin="lower", extent=extent, aspect="auto", vmin=low, vmax=high, **_IMAGE
+    )
+    levels = np.linspace(low, high, _LEVELS + 2)
+    levels = levels[(levels > field.min()) & (levels < field.max())]
+    if levels.size:  # none in a field that is flat beside the others
+        axes.contour(field, levels, extent=extent, colors="white", linewidths=0.4)
+    return image
+
+
+def _corner(config: Config) -> tuple[float, float]:
+    """Return how far to a side (degrees) and how far away (m) a camera sees."""
+    return float(np.degrees(config.body.camera_half_angle_rad)), config.body.camera_range_m

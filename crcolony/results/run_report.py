@@ -1,0 +1,113 @@
+"""What is said and left behind when a colony of processes ends: who mated with whom, what evolved, where it is."""
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from crcolony.config import Config
+from crcolony.evolution.history import Mated
+from crcolony.results.generation_summary import generations_of
+from crcolony.results.generation_table import write_table
+from crcolony.results.history_database import write_history
+from crcolony.results.merge_histories import Chronicle, read_chronicle
+from crcolony.results.plots import draw_plots
+from crcolony.results.plots.conditions import PlotsError
+from crcolony.robot.genes import agent_schema
+from crcolony.storage.files import MEMORY, ResultsError, replace_file
+from crcolony.storage.sql import StoreError
+
+_MOST_PAIRS = 6
+
+
+def say_summary(console: Console, folder: Path, config: Config) -> None:
+    """Put the memories of all robots of a folder together, write the results, and say them in words."""
+    memories = sorted(folder.glob(f"robots/*/{MEMORY}"), key=lambda path: int(path.parent.name))
+    try:
+        chronicle = read_chronicle(memories)
+    except StoreError as error:
+        console.print(f"no summary: {error}", highlight=False, soft_wrap=True)
+        return
+    genes = [gene.name for gene in agent_schema(config.learning, config.heredity).genes]
+    rows = list(generations_of(chronicle.events, genes))
+    for line in [*_in_words(chronicle), *_evolved(rows)]:
+        console.print(line, highlight=False, soft_wrap=True)
+    _write(console, folder, chronicle, rows)
+    console.print(f"history hash: {chronicle.hash}", highlight=False, soft_wrap=True)
+
+
+def _in_words(chronicle: Chronicle) -> list[str]:
+    """Say who mated with whom, and how often that led to offspring."""
+    matings = [event for event in chronicle.events if isinstance(event, Mated)]
+    if not matings:
+        return ["nobody has mated yet"]
+    pairs = Counter((mated.robot, mated.partner_robot) for mated in matings)
+    conceptions = sum(mated.conceived + mated.partner_conceived for mated in matings)
+    named = ", ".join(
+        f"robots {one} and {other} {times} times" if times > 1 else f"robots {one} and {other} once"
+        for (one, other), times in pairs.most_common(_MOST_PAIRS)
+    )
+    others = len(pairs) - _MOST_PAIRS
+    lines = [
+        f"{len(matings)} matings led to {conceptions} offspring: {named}"
+        + (f", and {others} other pairs" if others > 0 else "")
+    ]
+    if chronicle.one_sided:
+        lines.append(
+            f"{len(chronicle.one_sided)} matings are in one memory alone: with a robot from"
+            " elsewhere, or one that has not come back"
+        )
+    return lines
+
+
+def _evolved(rows: Sequence[dict[str, float]]) -> list[str]:
+    """Say what changed from the first generation that ended to the last."""
+    if len(rows) < 2:
+        ended = {0: "no generation has ended yet", 1: "only one generation has ended"}[len(rows)]
+        return [f"{ended}: too few to say what evolves"]
+    first, last = rows[0], rows[-1]
+    told = [
+        f"{name} {first[key]:.2f} → {last[key]:.2f}"
+        for key, name in (
+            ("matings", "matings per agent"),
+            ("captures", "batteries"),
+            ("energy", "energy"),
+            ("mating.tau mean", "τ of mating"),
+            ("mating.lambda mean", "λ of mating"),
+            ("foraging.tau mean", "τ of foraging"),
+        )
+        if key in first and key in last
+    ]
+    return [f"from generation 0 to {last['generation']:.0f}: {', '.join(told)}"]
+
+
+def _write(
+    console: Console, folder: Path, chronicle: Chronicle, rows: Sequence[dict[str, float]]
+) -> None:
+    description = json.dumps(
+        {
+            "status": "stopped",
+            "generations": len(rows),
+            "history_hash": str(chronicle.hash),
+            "robots": [robot.hex() for robot in chronicle.robots],
+        },
+        indent=2,
+    ).encode()
+    try:
+        write_history(folder / "history.sqlite", chronicle.events)
+        replace_file(folder / "run.json", lambda file: file.write(description))
+        if rows:
+            write_table(folder / "generations.csv", rows)
+            draw_plots(folder)
+            console.print(f"plots: {folder / 'plots'}", highlight=False, soft_wrap=True)
+    except OSError as error:
+        console.print(f"{folder}: {error.strerror}", highlight=False, soft_wrap=True)
+    except (PlotsError, ResultsError) as error:
+        console.print(str(error), highlight=False, soft_wrap=True)
+    console.print(
+        f"results: {folder}; each robot's memory: {folder}/robots/*/{MEMORY} (crcolony inspect)",
+        highlight=False,
+        soft_wrap=True,
+    )

@@ -1,0 +1,229 @@
+"""One process that carries an arena and many robots: each a full citizen, with its own id, key, memory and letters.
+
+Bodies and minds of the robots here are stepped together in compiled code; robots of other processes may have bodies
+in the same arena. All of them mate by the same letters.
+"""
+
+import contextlib
+import secrets
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from crcolony.body import contract
+from crcolony.config import Config
+from crcolony.nodes.arena_node import ArenaNode
+from crcolony.nodes.embodied_robot import STATE_PERIOD_S
+from crcolony.nodes.reported_settings import settings_of_robot
+from crcolony.nodes.robot_node import RobotNode
+from crcolony.protocol.body_messages import Contact, Join
+from crcolony.protocol.identity import RobotId, create_key, load_key
+from crcolony.results.run_folder import keep_config
+from crcolony.results.run_report import say_summary
+from crcolony.robot.factory import own_streams, raise_robots
+from crcolony.robot.state import Habits, Robots
+from crcolony.robot.step import step_robots
+from crcolony.runtime.arena_process import ArenaProcess, restore_arena
+from crcolony.runtime.console import say
+from crcolony.runtime.start_arena import new_arena
+from crcolony.shutdown import Stop
+from crcolony.storage.files import KEY, MEMORY, WORLD, make_folder
+from crcolony.storage.store import Store
+from crcolony.transport.inbox import Inbox
+from crcolony.transport.interface import Arrival, Asked, Mail, RobotGone, RobotSeen
+from crcolony.transport.zenoh_arena import ArenaTransport
+from crcolony.transport.zenoh_robots import RobotTransport
+from crcolony.transport.zenoh_session import Network, open_session
+
+_SNAPSHOT_S, _SNAPSHOT_ROBOT_S = 10.0, 0.5
+"""A robot is saved this often, but not more often than so many seconds for each robot of the process."""
+_PLAIN_LINES_S = 5.0
+
+
+class HostProcess(ArenaProcess):
+    """An arena process in which robots live, too."""
+
+    def __init__(
+        self,
+        node: ArenaNode,
+        name: str,
+        transport: ArenaTransport,
+        robots: list[RobotNode],
+        batch: Robots,
+        habits: Habits,
+        letters: RobotTransport,
+        inbox: Inbox,
+        wall_period_s: float | None,
+        checkpoint: Path,
+        say: Callable[[str], None],
+    ) -> None:
+        super().__init__(node, name, transport, inbox, wall_period_s, checkpoint, say)
+        self._robots = robots
+        self._here = {robot.id: robot for robot in robots}
+        self._batch, self._habits, self._letters = batch, habits, letters
+        self._actions = np.zeros((len(robots), contract.ACTION_WIDTH))
+        self._snapshot_s = max(_SNAPSHOT_S, _SNAPSHOT_ROBOT_S * len(robots))
+        now_s = time.monotonic()
+        self._state_due_s = self._line_due_s = now_s
+        self._snapshot_due_s = now_s + self._snapshot_s / len(robots)
+        self._saved_last = 0
+
+    def begin(self, colony: str, settings: str) -> None:
+        """Bring all robots to life and give them bodies; raises Refusal for a memory that does not fit.
+
+        `settings` are what every robot tells of its own.
+        """
+        now_s = time.monotonic()
+        for place, robot in enumerate(self._robots):
+            robot.begin(now_s)
+            self._node.join(Join(robot.id, colony, place))
+            robot.arena, robot.settings = self._name, settings
+            self._letters.host(robot.id, robot.life)
+
+    def end(self) -> None:
+        """Save all robots, and let them be gone from the network."""
+        for robot in self._robots:
+            robot.save()
+            self._letters.unhost(robot.id)
+
+    def _run_in_lockstep(self, is_stopped: Callable[[], bool]) -> None:
+        """As fast as possible: nobody is waited for, robots of other processes least of all."""
+        while not is_stopped():
+            self._advance()
+            while (arrival := self._inbox.get(0.0)) is not None:
+                self._take(arrival)
+            self._keep_house(time.monotonic())
+
+    def _advance(self) -> None:
+        """Let one control period pass for the world, and for the minds of the robots here."""
+        node = self._node
+        for place, action in enumerate(self._actions):
+            node.command(place, action)
+        node.advance()
+        observations = node.arena.world.observations[-1]
+        here = observations[: len(self._robots)]
+        if step_robots(self._batch, self._habits, here, self._actions):
+            self._attend(here)
+        self._observe(robot for robot in node.robots if robot not in self._here)
+
+    def _attend(self, observations: np.ndarray) -> None:
+        now_s, tick = time.monotonic(), self._node.tick
+        for row in np.flatnonzero(self._batch.events).tolist():
+            robot = self._robots[row]
+            robot.attend(now_s, tick, self._contact(observations[row]))
+            robot.finish_step()
+
+    def _contact(self, observation: np.ndarray) -> Contact | None:
+        if observation[contract.ENCOUNTER] == 0.0:
+            return None
+        partner = self._node.occupant(int(observation[contract.ENCOUNTER_ROBOT]))
+        return Contact(partner, int(observation[contract.ENCOUNTER_NONCE])) if partner else None
+
+    def _take(self, arrival: Arrival) -> None:
+        now_s = time.monotonic()
+        match arrival:
+            case Mail(to=to, letter=letter) if to in self._here:
+                self._here[to].receive(now_s, letter)
+            case RobotSeen(robot=peer, life=life, session=session):
+                super()._take(arrival)
+                for robot in self._robots:
+                    robot.robot_seen(now_s, peer, life, session)
+            case RobotGone(robot=peer, life=life, session=session):
+                if peer not in self._here:
+                    super()._take(arrival)
+                for robot in self._robots:
+                    robot.robot_gone(now_s, peer, life, session)
+            case Asked(about="past", robot=asked, question=question, answer=answer):
+                self._here[asked].answer_past(question, answer)
+            case Asked(about="about", robot=asked, question=question, answer=answer) if asked:
+                self._here[asked].answer_about(question, answer)
+            case _:
+                super()._take(arrival)
+
+    def _keep_house(self, now_s: float) -> None:
+        super()._keep_house(now_s)
+        for robot in self._robots:
+            if robot.next_s <= now_s:
+                robot.let_time_pass(now_s)
+        if now_s >= self._state_due_s:
+            self._state_due_s = now_s + STATE_PERIOD_S
+            for robot in self._robots:
+                robot.tell_state(self._inbox.dropped)
+        if now_s >= self._snapshot_due_s:
+            self._snapshot_due_s = now_s + self._snapshot_s / len(self._robots)
+            self._saved_last = (self._saved_last + 1) % len(self._robots)
+            self._robots[self._saved_last].save()
+        if now_s >= self._line_due_s:
+            self._line_due_s = now_s + _PLAIN_LINES_S
+            self._say(self._in_words())
+
+    def _in_words(self) -> str:
+        robots = self._robots
+        elsewhere = len(self._node.robots) - len(robots)
+        return (
+            f"tick {self._node.tick}: {len(robots)} robots here, {elsewhere} from elsewhere,"
+            f" generation {min(robot.robot.generation for robot in robots)},"
+            f" matings {sum(robot.matings for robot in robots) / 2:g},"
+            f" offspring {sum(robot.conceptions for robot in robots)}"
+        )
+
+
+def run_host(
+    config: Config,
+    count: int,
+    folder: Path,
+    colony: str,
+    arena: str,
+    network: Network,
+    wall_period_s: float | None,
+    minutes: float | None,
+) -> None:
+    """Run an arena with robots in this process until told to stop; raises Refusal, or Broken when a disk fails."""
+    make_folder(folder)
+    keep_config(folder, config)
+    inbox = Inbox()
+    world = secrets.randbelow(2**62)
+    node = new_arena(config, world, lockstep=False, expect=0)
+    folders = [folder / "robots" / str(number) for number in range(count)]
+    identities = []
+    for own in folders:
+        make_folder(own)
+        key = own / KEY
+        identities.append(load_key(key) if key.exists() else create_key(key))
+    ids: list[RobotId] = [identity.id for identity in identities]
+    batch, habits, robots = raise_robots(config, [robot.hex() for robot in ids], own_streams(ids))
+    restore_arena(node, folder / WORLD)
+    step_robots(  # compiles before anybody waits
+        *raise_robots(config, ["0"], own_streams(ids[:1]))[:2],
+        np.zeros((1, contract.OBSERVATION_WIDTH)),
+        np.zeros((1, contract.ACTION_WIDTH)),
+    )
+    stop = Stop(minutes, wake=inbox.wake)
+    with contextlib.ExitStack() as opened:
+        session = opened.enter_context(open_session(network))
+        letters = RobotTransport(session, colony, arena, inbox.deliver)
+        nodes = []
+        for number, (identity, robot, own) in enumerate(
+            zip(identities, robots, folders, strict=True)
+        ):
+            schema = bytes.fromhex(robot.subpopulation.schema.digest)
+            memory = Store(own / MEMORY, identity.id, schema)
+            opened.callback(memory.close)
+            life = memory.begin_life(int(time.time()))
+            nodes.append(RobotNode(identity, colony, number, robot, batch, memory, life, letters))
+        transport = ArenaTransport(session, arena, world, inbox.deliver)
+        process = HostProcess(
+            node, arena, transport, nodes, batch, habits, letters, inbox, wall_period_s,
+            folder / WORLD, say,
+        )  # fmt: skip
+        process.begin(colony, settings_of_robot(config, config.body))
+        places = config.robots - count
+        say(f"{count} robots of colony {colony} in arena {arena}, and {places} places for others")
+        try:
+            process.run(stop)
+        finally:
+            process.end()
+    say_summary(Console(), folder, config)

@@ -1,0 +1,160 @@
+"""What a watcher asks, whom and when: few questions at a time, none for ever. No I/O and no clock."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+from crcolony.protocol.codec import encode
+from crcolony.protocol.identity import RobotId
+from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
+from crcolony.protocol.telemetry_messages import Ask
+from crcolony.telemetry.robot_status import Watched, WatchedArena
+from crcolony.telemetry.sequence_gaps import TRIES
+
+ANSWER_S = 2.0
+"""A question that is not answered so soon is asked again, or given up."""
+MOST_UNDER_WAY, _MOST_ABOUT = 20, 10
+"""Questions at a time, and how many of these may be about robots and arenas: who does not answer blocks a place."""
+TURN_ROBOTS = 32
+"""So many robots are asked about in every period, in turn."""
+
+Who = RobotId | str
+"""A robot, or an arena by its name"""
+
+
+class Question(NamedTuple):
+    """What to ask on the network: for missed events (an encoded `Ask`), or about a robot or arena (nothing)."""
+
+    key: str
+    payload: bytes
+
+    @property
+    def kind(self) -> Literal["past", "about"]:
+        """What the answer is."""
+        return "past" if self.payload else "about"
+
+
+@dataclass(frozen=True)
+class UnderWay:
+    """A question that waits for its answer."""
+
+    asked_s: float
+    kind: Literal["past", "about"]
+    life: int = 0
+    first: int = 0
+    """Of the events that were asked for"""
+    tries: int = 0
+    """How often it has been asked about in vain"""
+
+
+class Asking:
+    """Remembers who misses what, and lets ask for it; at most one question to everybody at a time."""
+
+    def __init__(self, about_period_s: float) -> None:
+        self._about_period_s = about_period_s
+        self._past: dict[RobotId, None] = {}
+        """Robots of whose events some are missing, the longest unasked first"""
+        self._about: dict[Who, int] = {}
+        """Who is to be asked about, and how often that was in vain"""
+        self._under_way: dict[Who, UnderWay] = {}
+        self._turn_due_s = 0.0
+        self._turn = 0
+
+    def want_past(self, robot: RobotId) -> None:
+        """Events of a robot are missing."""
+        self._past.setdefault(robot)
+
+    def want_about(self, who: Who) -> None:
+        """A robot has a new life, or an arena a new world."""
+        self._about[who] = 0
+
+    def forget(self, who: Who) -> None:
+        """Ask somebody nothing any more."""
+        self._about.pop(who, None)
+        self._under_way.pop(who, None)
+        if isinstance(who, bytes):
+            self._past.pop(who, None)
+
+    def answered(self, who: Who, kind: Literal["past", "about"]) -> UnderWay | None:
+        """Hear an answer; return the question that it answers, if there is one."""
+        if kind == "about":
+            self._about.pop(who, None)
+        asked = self._under_way.get(who)
+        return self._under_way.pop(who) if asked is not None and asked.kind == kind else None
+
+    def questions(
+        self, unix_s: float, robots: Mapping[RobotId, Watched], arenas: Mapping[str, WatchedArena]
+    ) -> list[Question]:
+        """Return what to ask now."""
+        self._give_up(unix_s, robots)
+        self._take_turns(unix_s, robots)
+        return [*self._abouts(unix_s, robots, arenas), *self._pasts(unix_s, robots)]
+
+    def _give_up(self, unix_s: float, robots: Mapping[RobotId, Watched]) -> None:
+        """Wait no longer for answers that are late (or from the future: the clock was set back)."""
+        for who, asked in list(self._under_way.items()):
+            if 0.0 <= unix_s - asked.asked_s < ANSWER_S:
+                continue
+            del self._under_way[who]
+            if asked.kind == "about":
+                if asked.tries + 1 < TRIES:
+                    self._about.setdefault(who, asked.tries + 1)
+            elif isinstance(who, bytes):
+                watched = robots[who]
+                if watched.gaps is not None and watched.life == asked.life:
+                    watched.gaps.unanswered(asked.first)
+
+    def _take_turns(self, unix_s: float, robots: Mapping[RobotId, Watched]) -> None:
+        """In every period the next robots are asked about again."""
+        if 0.0 < self._turn_due_s - unix_s <= self._about_period_s:
+            return
+        self._turn_due_s = unix_s + self._about_period_s
+        alive = [robot for robot, watched in robots.items() if watched.is_alive]
+        for place in range(self._turn, self._turn + min(TURN_ROBOTS, len(alive))):
+            self._about.setdefault(alive[place % len(alive)], 0)
+        self._turn = (self._turn + TURN_ROBOTS) % max(len(alive), 1)
+
+    def _abouts(
+        self, unix_s: float, robots: Mapping[RobotId, Watched], arenas: Mapping[str, WatchedArena]
+    ) -> list[Question]:
+        asked: list[Question] = []
+        room = _MOST_ABOUT - sum(way.kind == "about" for way in self._under_way.values())
+        for who in list(self._about):
+            if len(asked) >= room or len(self._under_way) >= MOST_UNDER_WAY:
+                break
+            if who in self._under_way:
+                continue
+            tries = self._about.pop(who)
+            key = _key_about(who, robots, arenas)
+            if key is not None:
+                self._under_way[who] = UnderWay(unix_s, "about", tries=tries)
+                asked.append(Question(key, b""))
+        return asked
+
+    def _pasts(self, unix_s: float, robots: Mapping[RobotId, Watched]) -> list[Question]:
+        asked: list[Question] = []
+        for robot in list(self._past):
+            if len(self._under_way) >= MOST_UNDER_WAY:
+                break
+            watched = robots[robot]
+            if watched.gaps is None or not watched.gaps.missing:
+                del self._past[robot]
+                continue
+            first = watched.gaps.due(unix_s)
+            if first is None or not watched.is_alive or robot in self._under_way:
+                continue
+            self._past[robot] = self._past.pop(robot)
+            self._under_way[robot] = UnderWay(unix_s, "past", watched.life, first)
+            key = ColonyKeys(watched.colony).past(robot)
+            asked.append(Question(key, encode(Ask(watched.life, first))))
+        return asked
+
+
+def _key_about(
+    who: Who, robots: Mapping[RobotId, Watched], arenas: Mapping[str, WatchedArena]
+) -> str | None:
+    """Return where to ask about somebody who is on the network."""
+    if isinstance(who, str):
+        return ArenaKeys(who).about if arenas[who].is_alive else None
+    watched = robots[who]
+    return ColonyKeys(watched.colony).about(who) if watched.is_alive else None

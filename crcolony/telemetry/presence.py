@@ -1,0 +1,183 @@
+"""Who is on the network, and who was heard of: bounded, since anybody can make up names there."""
+
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+from crcolony.protocol import key_expressions
+from crcolony.protocol.codec import WireError
+from crcolony.protocol.identity import RobotId
+from crcolony.telemetry.backfill import Asking
+from crcolony.telemetry.robot_status import Watched, WatchedArena
+from crcolony.telemetry.status_changes import (
+    Appeared,
+    ArenaAppeared,
+    ArenaVanished,
+    News,
+    Restarted,
+    Vanished,
+)
+
+MOST_ROBOTS, MOST_ARENAS, _MOST_TOKENS = 10_000, 1_000, 100
+"""That are remembered; tokens of each"""
+FORGET_S = 600.0
+"""Who is not on the network and has said nothing for so long is forgotten."""
+
+Name = TypeVar("Name")
+Entry = TypeVar("Entry")
+
+
+class Roll(Generic[Name, Entry]):
+    """Entries by name, at most so many. Who is not present makes room for others, the longest silent first.
+
+    `forgotten` hears who has been forgotten.
+    """
+
+    def __init__(self, most: int, forgotten: Callable[[Name], None] = lambda name: None) -> None:
+        self.entries: dict[Name, Entry] = {}
+        self._most, self._forgotten = most, forgotten
+        self._absent: dict[Name, float] = {}
+        """When each was heard last (s), the longest silent first"""
+
+    def find(self, name: Name, now_s: float, make: Callable[[], Entry]) -> Entry | None:
+        """Return the entry of somebody who is heard now, a new one at need; None if there is no room for it."""
+        entry = self.entries.get(name)
+        if entry is None:
+            if len(self.entries) >= self._most and not self._forget_one():
+                return None
+            entry = self.entries[name] = make()
+            self._absent[name] = now_s
+        elif self._absent.pop(name, None) is not None:
+            self._absent[name] = now_s
+        return entry
+
+    def is_here(self, name: Name) -> None:
+        """Hear that somebody is present, and keep the entry while that is so."""
+        self._absent.pop(name, None)
+
+    def is_gone(self, name: Name, now_s: float) -> None:
+        """Hear that somebody is present no more."""
+        self._absent[name] = now_s
+
+    def forget(self, before_s: float) -> None:
+        """Forget all who are not present and have said nothing since a time."""
+        while self._absent and next(iter(self._absent.values())) < before_s:
+            self._forget_one()
+
+    def _forget_one(self) -> bool:
+        name = next(iter(self._absent), None)
+        if name is None:
+            return False
+        del self._absent[name], self.entries[name]
+        self._forgotten(name)
+        return True
+
+
+class Census:
+    """Robots and arenas, by their tokens and by what was heard of them; `asking` learns whom to ask about."""
+
+    def __init__(self, asking: Asking) -> None:
+        self._asking = asking
+        self._robots = Roll[RobotId, Watched](MOST_ROBOTS, asking.forget)
+        self._arenas = Roll[str, WatchedArena](MOST_ARENAS, asking.forget)
+        self.robots, self.arenas = self._robots.entries, self._arenas.entries
+        self.ignored = 0
+        """How often there was no room for somebody, or for a token"""
+
+    def forget(self, unix_s: float) -> None:
+        """Forget who is not on the network and has been silent for long."""
+        self._robots.forget(unix_s - FORGET_S)
+        self._arenas.forget(unix_s - FORGET_S)
+
+    def robot(self, robot: RobotId, colony: str, unix_s: float) -> Watched | None:
+        """Return a robot that is heard now; None if there is no room for it."""
+        watched = self._robots.find(robot, unix_s, lambda: Watched(robot, colony))
+        self.ignored += watched is None
+        return watched
+
+    def arena(self, name: str, unix_s: float) -> WatchedArena | None:
+        """Return an arena that is heard now; None if there is no room for it."""
+        arena = self._arenas.find(name, unix_s, lambda: WatchedArena(name))
+        self.ignored += arena is None
+        return arena
+
+    def begin_life(self, watched: Watched, life: int) -> list[News]:
+        """Hear of a robot's life; return what is new in that.
+
+        While it is on the network only a life that has a token is believed: it comes onto the network before it tells
+        anything, and a lie about a life to come would make everybody deaf to the present one.
+        """
+        if life <= watched.life or (watched.lives and life > max(watched.lives)[0]):
+            return []
+        is_first = watched.life < 0
+        watched.begin(life)
+        if watched.is_alive:
+            self._asking.want_about(watched.robot)
+        if is_first:
+            return []
+        watched.restarts += 1
+        return [Restarted(watched.robot, life)]
+
+    # Tokens ----------------------------------------------------------------------------------------------------------
+
+    def appear(self, key: str, unix_s: float) -> list[News]:
+        """Take a token that has come; raises WireError if it is none."""
+        robot, arena = key_expressions.robot_token(key), key_expressions.arena_token(key)
+        if robot is not None:
+            return self._robot_appears(robot, unix_s)
+        if arena is not None:
+            return self._arena_appears(arena, unix_s)
+        raise WireError("not a token")
+
+    def _robot_appears(self, token: key_expressions.RobotToken, unix_s: float) -> list[News]:
+        watched = self.robot(token.robot, token.colony, unix_s)
+        if watched is None or not self._has_room(watched.lives):
+            return []
+        was_alive, watched.colony = watched.is_alive, token.colony
+        watched.lives[token.life, token.session] = None
+        self._robots.is_here(token.robot)
+        news: list[News] = [] if was_alive else [Appeared(token.robot)]
+        news += self.begin_life(watched, token.life)
+        if watched.about is None or watched.about.life != watched.life:
+            self._asking.want_about(token.robot)
+        return news
+
+    def _arena_appears(self, token: key_expressions.ArenaToken, unix_s: float) -> list[News]:
+        arena = self.arena(token.arena, unix_s)
+        if arena is None or not self._has_room(arena.sessions):
+            return []
+        was_alive, was_world = arena.is_alive, arena.world
+        arena.sessions[token.world, token.session] = None
+        arena.world = token.world
+        self._arenas.is_here(token.arena)
+        if token.world != was_world:
+            self._asking.want_about(token.arena)
+        return [] if was_alive else [ArenaAppeared(token.arena)]
+
+    def vanish(self, key: str, unix_s: float) -> list[News]:
+        """Take a token that has gone; raises WireError if it was none."""
+        robot, arena = key_expressions.robot_token(key), key_expressions.arena_token(key)
+        if robot is not None:
+            watched = self.robots.get(robot.robot)
+            if watched is not None and _lose(watched.lives, (robot.life, robot.session)):
+                self._robots.is_gone(robot.robot, unix_s)
+                return [Vanished(robot.robot)]
+        elif arena is not None:
+            seen = self.arenas.get(arena.arena)
+            if seen is not None and _lose(seen.sessions, (arena.world, arena.session)):
+                self._arenas.is_gone(arena.arena, unix_s)
+                return [ArenaVanished(arena.arena)]
+        else:
+            raise WireError("not a token")
+        return []
+
+    def _has_room(self, tokens: dict[tuple[int, str], None]) -> bool:
+        has_room = len(tokens) < _MOST_TOKENS
+        self.ignored += not has_room
+        return has_room
+
+
+def _lose(tokens: dict[tuple[int, str], None], token: tuple[int, str]) -> bool:
+    """Remove a token; tell whether it was there, and the last."""
+    was_there = token in tokens
+    tokens.pop(token, None)
+    return was_there and not tokens

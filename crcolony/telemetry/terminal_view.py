@@ -1,0 +1,158 @@
+"""What a colony looks like from outside, in the terminal, straight from Zenoh: `crcolony top` and `crcolony status`."""
+
+import json
+import threading
+import time
+from typing import Any
+
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+
+from crcolony.protocol.telemetry_messages import STALE_S
+from crcolony.shutdown import Stop
+from crcolony.telemetry.colony_monitor import Watch
+from crcolony.telemetry.robot_status import Watched
+from crcolony.telemetry.subscriber import Watcher
+from crcolony.transport.zenoh_session import Network, open_session
+
+_REFRESH_S = 0.25
+_PLAIN_LINES_S = 5.0
+_TABLE_WIDTH = 110
+"""Of a table that is not for a terminal"""
+
+
+def run_top(network: Network, colony: str, seconds: float | None) -> int:
+    """Show the colony until Ctrl-C; without a terminal, plain lines now and then."""
+    console = Console()
+    woken = threading.Event()
+    stop = Stop(seconds / 60.0 if seconds else None, wake=woken.set)
+    with open_session(network) as session:
+        watcher = Watcher(session, colony)
+        if console.is_terminal:
+            with Live(console=console, refresh_per_second=4, screen=False) as live:
+                while not stop():
+                    watcher.update()
+                    live.update(table_of(watcher.watch, time.time()))
+                    woken.wait(_REFRESH_S)
+        else:
+            while not stop():
+                woken.wait(min(_PLAIN_LINES_S, seconds or _PLAIN_LINES_S))
+                watcher.update()
+                console.print(plain_line(watcher.watch), highlight=False, soft_wrap=True)
+    return 0
+
+
+def table_of(watch: Watch, unix_s: float) -> Table:
+    """Return the present state as a table with a row for each robot."""
+    table = Table(box=None, pad_edge=False, title_justify="left", title=headline(watch))
+    for name in ("robot", "", "energy", "module", "gen", "matings", "children", "pool", "doubt"):
+        is_number = name in ("gen", "matings", "children", "pool", "doubt")
+        table.add_column(name, justify="right" if is_number else "left", no_wrap=True)
+    table.add_column("age", justify="right")
+    table.add_column("lost", justify="right")
+    if not watch.robots:
+        table.add_row("no robots yet; looking …")
+    for watched in watch.all:
+        table.add_row(*_row(watched, unix_s))
+    return table
+
+
+def headline(watch: Watch) -> str:
+    """Say how many robots are alive, and what the arenas do."""
+    arenas = [
+        f"arena {name}: " + (f"tick {arena.scene.tick}" if arena.scene else "quiet")
+        if arena.is_alive
+        else f"arena {name}: gone"
+        for name, arena in sorted(watch.arenas.items())
+    ]
+    return f"{len(watch.alive)} robots alive   " + ("   ".join(arenas) or "no arena in sight")
+
+
+def _row(watched: Watched, unix_s: float) -> list[str]:
+    state, name = watched.state, watched.robot.hex()[:8]
+    if state is None:
+        return [name, "alive" if watched.is_alive else "gone"]
+    age_s = unix_s - watched.heard_s
+    how = "gone" if not watched.is_alive else "silent" if age_s > STALE_S else "alive"
+    style = {"gone": "[dim red]", "silent": "[yellow]", "alive": "[green]"}[how]
+    bar = "█" * round(8 * state.energy)
+    return [
+        f"{name} #{state.number}",
+        f"{style}{how}[/]" + (f" ({watched.restarts} restarts)" if watched.restarts else ""),
+        f"{bar:░<8} {state.energy:.2f}",
+        {0: "foraging", 1: "mating"}.get(state.module, "-") if state.arena else "no body",
+        str(state.generation),
+        str(state.matings),
+        str(state.conceptions),
+        str(state.pool),
+        f"{state.doubts}" + (f" ({state.orphaned} orphaned)" if state.orphaned else ""),
+        f"{age_s:.1f} s",
+        str(watched.missed + state.dropped),
+    ]
+
+
+def plain_line(watch: Watch) -> str:
+    """Say the same in one line."""
+    states = [watched.state for watched in watch.alive if watched.state is not None]
+    if not states:
+        return headline(watch).strip()
+    energy = sum(state.energy for state in states) / len(states)
+    return (
+        f"{headline(watch)}   generation {min(state.generation for state in states)},"
+        f" matings {sum(state.matings for state in states) / 2:g},"
+        f" offspring {sum(state.conceptions for state in states)}, energy {energy:.2f}"
+    )
+
+
+def run_status(network: Network, colony: str, seconds: float, as_json: bool) -> None:
+    """Listen for a while, then say who is alive and how they are."""
+    with open_session(network) as session:
+        watcher = Watcher(session, colony)
+        end_s = time.monotonic() + seconds
+        settled_s = time.monotonic() + min(seconds, 0.7)
+        pause = threading.Event()
+        while time.monotonic() < end_s:
+            pause.wait(0.05)
+            watcher.update()
+            known = watcher.watch.alive
+            is_known = bool(known) and all(watched.state for watched in known)
+            if is_known and time.monotonic() > settled_s:
+                break
+        watcher.update()
+        if as_json:
+            print(json.dumps(as_dict(watcher.watch, time.time()), indent=2))
+        else:
+            console = Console()
+            console.width = max(console.width, _TABLE_WIDTH)
+            console.print(table_of(watcher.watch, time.time()))
+
+
+def as_dict(watch: Watch, unix_s: float) -> dict[str, Any]:
+    """Return what is known, for programs."""
+    return {
+        "robots": [_robot_as_dict(watched, unix_s) for watched in watch.all],
+        "arenas": [
+            {
+                "name": name,
+                "alive": arena.is_alive,
+                "tick": arena.scene.tick if arena.scene else None,
+            }
+            for name, arena in sorted(watch.arenas.items())
+        ],
+    }
+
+
+def _robot_as_dict(watched: Watched, unix_s: float) -> dict[str, Any]:
+    state = watched.state
+    told: dict[str, Any] = {"id": watched.robot.hex(), "colony": watched.colony}
+    told["alive"] = watched.is_alive
+    if state is None:
+        return told | dict.fromkeys(("energy", "generation", "matings"))
+    fields = (
+        "number", "arena", "life", "tick", "generation", "agent", "energy", "matings",
+        "conceptions", "captures", "pool", "waiting", "doubts", "orphaned", "peers", "refused", "dropped",
+        "faults", "period_ms",
+    )  # fmt: skip
+    told |= {name: getattr(state, name) for name in fields}
+    return told | {"age_s": round(unix_s - watched.heard_s, 3), "missed": watched.missed}

@@ -1,0 +1,78 @@
+"""Where everything that arrives waits for the one loop of a process: bounded, and what bodies say comes first."""
+
+import threading
+from collections import deque
+from queue import Empty, SimpleQueue
+
+from crcolony.transport.interface import Acted, Arrival, Asked, Mail, Observed, Placed, Shown
+
+_MOST_WAITING, _MOST_BYTES = 2048, 8 * 2**20
+"""What waits to be looked at, at most; beyond it, it is dropped and counted. Presence is never dropped."""
+
+
+class Inbox:
+    """What has arrived and waits for the one loop of the process. What bodies and minds say is looked at first.
+
+    So a flood of letters and questions makes no control step late, and no flood of anything fills the memory.
+    """
+
+    def __init__(self) -> None:
+        self.dropped = 0
+        self._first: SimpleQueue[Arrival | None] = SimpleQueue()
+        self._later: deque[Arrival] = deque()
+        self._bytes = 0
+        """Of the letters and questions in `_later`"""
+        self._lock = threading.Lock()
+
+    def deliver(self, arrival: Arrival) -> None:
+        """Enqueue, from any thread."""
+        if isinstance(arrival, Observed | Acted | Placed):
+            if self._first.qsize() < _MOST_WAITING:
+                self._first.put(arrival)
+            else:
+                self.dropped += 1
+            return
+        with self._lock:
+            size, is_needed = _size(arrival), not isinstance(arrival, Mail | Asked | Shown)
+            has_room = len(self._later) < _MOST_WAITING and self._bytes + size <= _MOST_BYTES
+            if not (has_room or is_needed):
+                self.dropped += 1
+                return
+            self._bytes += size
+            self._later.append(arrival)
+        if self._first.empty():
+            self.wake()
+
+    def wake(self) -> None:
+        """Let whoever waits look around; safe in a signal handler."""
+        self._first.put(None)
+
+    def get(self, timeout_s: float) -> Arrival | None:
+        """Wait for the next arrival; None after the time, or when woken."""
+        is_woken = False
+        try:
+            while (arrival := self._first.get(False)) is None:
+                is_woken = True
+        except Empty:
+            if is_woken or self._later or timeout_s <= 0.0:
+                return self._next()
+            try:
+                arrival = self._first.get(timeout=timeout_s)
+            except Empty:
+                return None
+        return arrival or self._next()
+
+    def _next(self) -> Arrival | None:
+        with self._lock:
+            if not self._later:
+                return None
+            arrival = self._later.popleft()
+            self._bytes -= _size(arrival)
+            return arrival
+
+
+def _size(arrival: Arrival) -> int:
+    match arrival:
+        case Mail(letter=data) | Asked(question=data) | Shown(scene=data):
+            return len(data)
+    return 0

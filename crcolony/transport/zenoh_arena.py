@@ -1,0 +1,76 @@
+"""The arena's side of the network over Zenoh."""
+
+import zenoh
+
+from crcolony.protocol import key_expressions
+from crcolony.protocol.codec import BODY_BYTES
+from crcolony.protocol.identity import RobotId
+from crcolony.protocol.key_expressions import ArenaKeys
+from crcolony.transport.interface import (
+    Acted,
+    Asked,
+    Deliver,
+)
+from crcolony.transport.zenoh_samples import (
+    _answer_to,
+    _content,
+    _listen,
+    _payload,
+    _presence,
+    _publisher,
+)
+
+
+class ArenaTransport:
+    """An arena on Zenoh: it is joined, it is told actions, and it tells what bodies sense."""
+
+    def __init__(self, session: zenoh.Session, arena: str, world: int, deliver: Deliver) -> None:
+        self._session = session
+        self._keys = ArenaKeys(arena)
+        self._deliver = deliver
+        self._publishers: dict[RobotId, zenoh.Publisher] = {}
+        self._scene = _publisher(session, self._keys.scene)
+        live = session.liveliness()
+        self._entities = [
+            session.declare_subscriber(self._keys.all_actions, _listen(self._on_action)),
+            session.declare_queryable(self._keys.join, _listen(self._on_join)),
+            session.declare_queryable(self._keys.about, _listen(self._on_about)),
+            live.declare_subscriber(
+                key_expressions.ALL_ROBOTS_ALIVE, _listen(self._on_robot), history=True
+            ),
+            live.declare_token(self._keys.alive(world, str(session.zid()))),
+        ]
+
+    def observe(self, robot: RobotId, observation: bytes) -> None:
+        """Tell a robot what its body senses."""
+        publisher = self._publishers.get(robot)
+        if publisher is None:
+            key = self._keys.observation(robot)
+            publisher = self._publishers[robot] = _publisher(self._session, key)
+        publisher.put(observation)
+
+    def forget(self, robot: RobotId) -> None:
+        """Keep nothing for a robot that has left."""
+        publisher = self._publishers.pop(robot, None)
+        if publisher is not None:
+            publisher.undeclare()  # type: ignore[no-untyped-call]
+
+    def show(self, scene: bytes) -> None:
+        """Publish the scene."""
+        self._scene.put(scene)
+
+    def _on_action(self, sample: zenoh.Sample) -> None:
+        robot = key_expressions.robot_in(key_expressions.chunks(str(sample.key_expr))[-2])
+        if robot is not None:
+            self._deliver(Acted(robot, _content(sample.payload, BODY_BYTES)))
+
+    def _on_join(self, query: zenoh.Query) -> None:
+        self._deliver(Asked("join", b"", _payload(query), _answer_to(query)))
+
+    def _on_about(self, query: zenoh.Query) -> None:
+        self._deliver(Asked("about", b"", _payload(query), _answer_to(query)))
+
+    def _on_robot(self, sample: zenoh.Sample) -> None:
+        token = key_expressions.robot_token(str(sample.key_expr))
+        if token is not None:
+            self._deliver(_presence(sample, token))

@@ -1,0 +1,183 @@
+"""The robots' side of the network over Zenoh."""
+
+from collections.abc import Callable
+from typing import Any, Literal
+
+import zenoh
+
+from crcolony.protocol import key_expressions
+from crcolony.protocol.codec import BODY_BYTES, LETTER_BYTES, SCENE_BYTES
+from crcolony.protocol.identity import RobotId
+from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
+from crcolony.transport.interface import (
+    ArenaGone,
+    ArenaSeen,
+    Asked,
+    Deliver,
+    Mail,
+    Observed,
+    Placed,
+    Shown,
+    StrangerSeen,
+)
+from crcolony.transport.liveliness_check import TokenCheck
+from crcolony.transport.zenoh_samples import (
+    _answer_to,
+    _content,
+    _listen,
+    _payload,
+    _presence,
+    _publisher,
+)
+
+_JOIN_TIMEOUT_S = 1.0
+
+_MOST_GONE = 10_000
+
+
+class RobotTransport:
+    """The robots of this process on Zenoh, all of one colony, with their bodies in one arena."""
+
+    def __init__(self, session: zenoh.Session, colony: str, arena: str, deliver: Deliver) -> None:
+        self._colony, self._arena = ColonyKeys(colony), ArenaKeys(arena)
+        self._deliver = deliver
+        self._publishers: dict[str, zenoh.Publisher] = {}
+        self._lives: dict[RobotId, int] = {}
+        self._declared: dict[RobotId, list[Any]] = {}
+        self._is_searching = False
+        self._gone: set[str] = set()
+        """Sessions whose token has gone: Zenoh may keep the link of one that is closed, and that is nobody"""
+        self._begin(session)
+
+    def _begin(self, session: zenoh.Session) -> None:
+        self.name = str(session.zid())
+        self._session = session
+        self._check = TokenCheck(session)
+        self._watches = [
+            session.liveliness().declare_subscriber(
+                self._colony.all_alive, _listen(self._on_robot), history=True
+            ),
+            session.liveliness().declare_subscriber(
+                self._colony.all_versions, _listen(self._on_version), history=True
+            ),
+            session.liveliness().declare_subscriber(
+                self._arena.all_alive, _listen(self._on_arena), history=True
+            ),
+            session.declare_subscriber(self._arena.scene, _listen(self._on_scene)),
+        ]
+
+    def move(self, reopen: Callable[[], zenoh.Session]) -> None:
+        """Leave the session for another, with all robots; the old one is closed first, since it holds the port."""
+        for robot in self._lives:  # a session that closes was seen to tell of its tokens once more
+            self._withdraw(robot)
+        self.close()
+        self._publishers.clear()
+        self._begin(reopen())
+        for robot, life in self._lives.items():
+            self.host(robot, life)
+
+    def close(self) -> None:
+        """Leave the network."""
+        self._session.close()  # type: ignore[no-untyped-call]
+
+    def peers_without_token(self, now_s: float) -> list[str]:
+        """Return peers that have been connected for long, and whose robots cannot be seen."""
+        return [peer for peer in self._check.look(now_s) if peer not in self._gone]
+
+    def host(self, robot: RobotId, life: int) -> None:
+        """Let a robot be reached, and then be seen."""
+        deliver = self._deliver
+        self._lives[robot] = life
+
+        def on_past(query: zenoh.Query) -> None:
+            deliver(Asked("past", robot, _payload(query), _answer_to(query)))
+
+        def on_about(query: zenoh.Query) -> None:
+            deliver(Asked("about", robot, _payload(query), _answer_to(query)))
+
+        self._declared[robot] = [
+            self._session.declare_subscriber(
+                self._colony.mail(robot),
+                _listen(lambda s: deliver(Mail(robot, _content(s.payload, LETTER_BYTES)))),
+            ),
+            self._session.declare_subscriber(
+                self._arena.observation(robot),
+                _listen(lambda s: deliver(Observed(robot, _content(s.payload, BODY_BYTES)))),
+            ),
+            self._session.declare_queryable(self._colony.past(robot), _listen(on_past)),
+            self._session.declare_queryable(self._colony.about(robot), _listen(on_about)),
+            self._session.liveliness().declare_token(self._colony.alive(robot, life, self.name)),
+        ]
+
+    def unhost(self, robot: RobotId) -> None:
+        """Let a robot be gone."""
+        self._lives.pop(robot, None)
+        self._withdraw(robot)
+
+    def _withdraw(self, robot: RobotId) -> None:
+        for entity in reversed(self._declared.pop(robot, [])):
+            entity.undeclare()
+
+    def send(self, to: RobotId, letter: bytes) -> None:
+        """Post a letter."""
+        self._publish(self._colony.mail(to), letter)
+
+    def join(self, robot: RobotId, request: bytes) -> None:
+        """Ask the arena for a body."""
+        deliver = self._deliver
+
+        def on_reply(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                deliver(Placed(robot, _content(reply.ok.payload, BODY_BYTES)))
+
+        self._session.get(
+            self._arena.join,
+            _listen(on_reply),
+            payload=request,
+            timeout=_JOIN_TIMEOUT_S,
+            consolidation=zenoh.ConsolidationMode.NONE,
+        )
+
+    def act(self, robot: RobotId, action: bytes) -> None:
+        """Command a body."""
+        self._publish(self._arena.action(robot), action)
+
+    def tell(self, robot: RobotId, topic: Literal["state", "event"], data: bytes) -> None:
+        """Publish telemetry."""
+        key = self._colony.state(robot) if topic == "state" else self._colony.event(robot)
+        self._publish(key, data)
+
+    def search(self, is_searching: bool) -> None:
+        """Let what the arena shows arrive, or not."""
+        self._is_searching = is_searching
+
+    def _publish(self, key: str, data: bytes) -> None:
+        publisher = self._publishers.get(key)
+        if publisher is None:
+            publisher = self._publishers[key] = _publisher(self._session, key)
+        publisher.put(data)
+
+    def _on_robot(self, sample: zenoh.Sample) -> None:
+        token = key_expressions.robot_token(str(sample.key_expr))
+        if token is None:
+            return
+        if sample.kind == zenoh.SampleKind.PUT:
+            self._gone.discard(token.session)
+        elif len(self._gone) < _MOST_GONE:
+            self._gone.add(token.session)
+        self._deliver(_presence(sample, token))
+
+    def _on_version(self, sample: zenoh.Sample) -> None:
+        stranger = key_expressions.stranger_in(str(sample.key_expr))
+        if stranger is not None and sample.kind == zenoh.SampleKind.PUT:
+            self._deliver(StrangerSeen(*stranger))
+
+    def _on_scene(self, sample: zenoh.Sample) -> None:
+        if self._is_searching:
+            self._deliver(Shown(_content(sample.payload, SCENE_BYTES)))
+
+    def _on_arena(self, sample: zenoh.Sample) -> None:
+        token = key_expressions.arena_token(str(sample.key_expr))
+        if token is not None:
+            kind = ArenaSeen if sample.kind == zenoh.SampleKind.PUT else ArenaGone
+            self._deliver(kind(token.world))

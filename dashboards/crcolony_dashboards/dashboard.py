@@ -1,0 +1,79 @@
+"""The dashboard: six tabs, fed with what is heard, live or from a recording."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from crcolony.telemetry.colony_monitor import Watch
+from crcolony.telemetry.status_changes import News
+from crcolony_dashboards.rerun_streams import Moment, Stage
+from crcolony_dashboards.tabs.arena import ArenaTab
+from crcolony_dashboards.tabs.evolution import EvolutionTab
+from crcolony_dashboards.tabs.life import LifeTab
+from crcolony_dashboards.tabs.lineage import LineageTab
+from crcolony_dashboards.tabs.log import LogTab
+from crcolony_dashboards.tabs.network import NetworkTab
+from crcolony_dashboards.tabs.tab import Tab
+from crcolony_dashboards.throttle import Beat
+from crcolony_dashboards.view_model.colony_view import Spectator
+
+if TYPE_CHECKING:
+    import rerun.blueprint as rrb
+
+
+class Dashboard:
+    """Draws what a `Watch` knows. `agent` is whose potentials are drawn, "" for whoever mated most."""
+
+    def __init__(self, watch: Watch, agent: str = "") -> None:
+        self.spectator = Spectator(watch)
+        self.tabs: Sequence[Tab] = (
+            ArenaTab(),
+            LifeTab(),
+            EvolutionTab(agent),
+            LineageTab(),
+            NetworkTab(),
+            LogTab(),
+        )
+        self._count = Beat(1.0)
+        self._sim_s = 0.0
+        """The colony's time as it was known last"""
+
+    def blueprint(self, timeline: str, is_live: bool) -> "rrb.Blueprint":
+        """Return the layout that viewers begin with."""
+        import rerun.blueprint as rrb
+
+        return rrb.Blueprint(
+            rrb.Tabs(*(tab.layout() for tab in self.tabs), active_tab=0),
+            rrb.TimePanel(
+                state="collapsed",
+                timeline=timeline,
+                play_state="following" if is_live else "paused",
+            ),
+            rrb.BlueprintPanel(state="collapsed"),
+            rrb.SelectionPanel(state="collapsed"),
+            auto_views=False,
+            auto_layout=False,
+        )
+
+    def begin(self, stage: Stage) -> None:
+        """Draw what never changes."""
+        for tab in self.tabs:
+            tab.begin(stage)
+
+    def take(self, news: Sequence[News], unix_s: float) -> None:
+        """Take what has happened, in order."""
+        for one in news:
+            self.spectator.take(one, unix_s)
+
+    def draw(self, stage: Stage, unix_s: float) -> None:
+        """Draw everything that is due now."""
+        spectator = self.spectator
+        spectator.watch.let_time_pass(unix_s)
+        spectator.look(unix_s)
+        if self._count.is_due(unix_s):
+            spectator.count(unix_s)
+        sim_s = spectator.sim_s()
+        self._sim_s = self._sim_s if sim_s is None else sim_s
+        moment = Moment(unix_s, self._sim_s, spectator.generation())
+        stage.at(moment)
+        for tab in self.tabs:
+            tab.draw(stage, spectator, moment)

@@ -1,0 +1,186 @@
+"""The dashboard of colonies that live: a process that listens, draws, and is in nobody's way.
+
+What is heard waits in a queue until the one thread that draws takes it, ten times a second. Robots and arenas only
+publish, whether anybody listens or not; a dashboard may come late, stall, be killed and come back.
+"""
+
+import contextlib
+import sys
+import threading
+import time
+import uuid
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from crcolony.recordings.telemetry_file import FILE_NAME, TelemetryFile
+from crcolony.shutdown import Stop
+from crcolony.telemetry.subscriber import Watcher
+from crcolony.transport.zenoh_session import Network, open_session
+from crcolony_dashboards.dashboard import Dashboard
+from crcolony_dashboards.rerun_streams import Stage, check_rerun, open_live
+from crcolony_dashboards.rrd_file import MOST_BYTES, leave, open_film, put_in_order
+from crcolony_dashboards.throttle import Beat
+from crcolony_dashboards.viewers import Viewer, open_browser, open_native, serve_web
+
+FILM = "dashboard.rrd"
+_PERIOD_S = 0.1
+_GONE_S = 2.0
+_HISTORY = 1_000
+"""Events before its coming that a dashboard asks every robot for"""
+
+
+@dataclass(frozen=True)
+class Watching:
+    """What to watch, and how to show it."""
+
+    network: Network
+    colony: str
+    port: int
+    folder: Path | None
+    """Where it is recorded; None: nowhere"""
+    web_port: int | None = None
+    """None: no web viewer"""
+    native: bool = False
+    agent: str = ""
+    """Whose potentials are drawn; empty: the best one's"""
+    minutes: float | None = None
+
+
+def run_dashboard(watching: Watching) -> None:
+    """Watch until told to stop. Raises Refusal if the dashboard cannot be shown."""
+    check_rerun()
+    woken = threading.Event()
+    stop = Stop(watching.minutes, wake=woken.set)
+    with contextlib.ExitStack() as open_things:
+        session = open_things.enter_context(open_session(watching.network))
+        heard = _telemetry(watching)
+        if heard is not None:
+            open_things.callback(_end_recording, heard)
+        watcher = Watcher(
+            session,
+            watching.colony,
+            asks=True,
+            history=_HISTORY,
+            hear=heard.hear if heard is not None else None,
+        )
+        dashboard = Dashboard(watcher.watch, watching.agent)
+        stage, url = _stage(watching, dashboard)
+        open_things.callback(_end_showing, stage)
+        viewers = open_things.enter_context(_viewers(watching, url))
+        _say(f"dashboard at {url}")
+        _watch(watcher, dashboard, stage, heard, viewers, stop, woken)
+    leave(stage.film)
+
+
+def _watch(
+    watcher: Watcher,
+    dashboard: Dashboard,
+    stage: Stage,
+    heard: TelemetryFile | None,
+    viewers: list[Viewer],
+    stop: Callable[[], bool],
+    woken: threading.Event,
+) -> None:
+    """Draw ten times a second; say who has come and gone, and what has failed."""
+    dashboard.begin(stage)
+    upkeep, presence = Beat(2.0), Presence()
+    next_s = time.monotonic()
+    while not stop():
+        now_s = time.time()
+        dashboard.take(watcher.update(), now_s)
+        dashboard.draw(stage, now_s)
+        colonies = {watched.colony for watched in dashboard.spectator.alive}
+        for line in presence.changes(colonies, now_s):
+            _say(line)
+        if upkeep.is_due(now_s):
+            trouble = [stage.film.trouble() if stage.film else None]
+            trouble.append(heard.commit() if heard else None)
+            for what in filter(None, trouble):
+                _say(what)
+            for viewer in [viewer for viewer in viewers if viewer.ended is not None]:
+                viewers.remove(viewer)
+                _say("the viewer was closed; the dashboard goes on")
+        next_s = max(next_s + _PERIOD_S, time.monotonic())
+        woken.wait(next_s - time.monotonic())
+
+
+class Presence:
+    """Tells who is there to be watched. Somebody who is gone for a moment only was always there."""
+
+    def __init__(self) -> None:
+        self._said: set[str] | None = None
+        self._there_s: dict[str, float] = {}
+
+    def changes(self, colonies: set[str], now_s: float) -> list[str]:
+        """Return what to say about it, if that has changed."""
+        self._there_s |= dict.fromkeys(colonies, now_s)
+        there = {name for name, seen_s in self._there_s.items() if now_s - seen_s < _GONE_S}
+        said, self._said = self._said, there
+        if there == said:
+            return []
+        new = [f"watching {name}" for name in sorted(there - (said or set()))]
+        if there or said is None:
+            return new or ["no colony on the network yet; looking …"] * (not there)
+        return ["nobody is there any more; looking …"]
+
+
+def _stage(watching: Watching, dashboard: Dashboard) -> tuple[Stage, str]:
+    blueprint = dashboard.blueprint("wall", is_live=True)
+    run = f"crcolony-{uuid.uuid4().hex[:8]}"
+    live, url = open_live(watching.port, run, blueprint)
+    film = None
+    if watching.folder is not None:
+        film = open_film(free_name(watching.folder / FILM), run, blueprint)
+        _say(f"recorded into {watching.folder}")
+    return Stage(live, film), url
+
+
+def _end_showing(stage: Stage) -> None:
+    """Close all streams, and put the film in order unless that would take long."""
+    is_whole = stage.film is not None and stage.film.stream is not None
+    stage.close()
+    film = stage.film.path if stage.film is not None and is_whole else None
+    if film is not None and film.stat().st_size < MOST_BYTES:
+        put_in_order(film)
+
+
+def _end_recording(heard: TelemetryFile) -> None:
+    trouble = heard.close()
+    if trouble is not None:
+        _say(trouble)
+
+
+def _telemetry(watching: Watching) -> TelemetryFile | None:
+    return TelemetryFile.open(watching.folder / FILE_NAME) if watching.folder else None
+
+
+@contextlib.contextmanager
+def _viewers(watching: Watching, url: str) -> Iterator[list[Viewer]]:
+    """The viewers that were asked for; they are closed when this is left."""
+    viewers: list[Viewer] = []
+    try:
+        if watching.web_port is not None:
+            viewer, address = serve_web(url, watching.web_port)
+            viewers.append(viewer)
+            is_open = open_browser(address)
+            _say(f"{'opened' if is_open else 'open'} in a browser: {address}")
+        if watching.native:
+            viewers.append(open_native(url))
+        yield viewers
+    finally:
+        for viewer in viewers:
+            viewer.close()
+
+
+def free_name(path: Path) -> Path:
+    """Return a path, or one with the next number if there is such a file already."""
+    number, free = 1, path
+    while free.exists():
+        number += 1
+        free = path.with_name(f"{path.stem}-{number}{path.suffix}")
+    return free
+
+
+def _say(line: str) -> None:
+    print(line, flush=True, file=sys.stdout)

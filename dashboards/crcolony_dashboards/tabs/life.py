@@ -1,0 +1,143 @@
+"""Life: how hungry everybody is, which module is in use, and how often robots mate and catch batteries.
+
+A few robots have lines of their own; of many the median and the middle 50 and 80 % are drawn.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from crcolony.protocol.telemetry_messages import State
+from crcolony.robot.modules import MODULES
+from crcolony_dashboards.rerun_streams import Moment, Stage
+from crcolony_dashboards.tabs import palette
+from crcolony_dashboards.tabs.tab import FEW_ROBOTS, safe
+from crcolony_dashboards.throttle import Beat
+from crcolony_dashboards.view_model.colony_view import Spectator
+
+if TYPE_CHECKING:
+    import rerun.blueprint as rrb
+
+QUANTILES = (0.1, 0.25, 0.5, 0.75, 0.9)
+
+
+class LifeTab:
+    """Draws states twice a second, as often as robots tell theirs."""
+
+    def __init__(self) -> None:
+        self._often, self._seldom = Beat(0.5), Beat(1.0)
+        self._styled: set[str] = set()
+
+    def layout(self) -> "rrb.Container":
+        """Return the place of energy, modules and rates, one below the other."""
+        import rerun.blueprint as rrb
+
+        return rrb.Vertical(
+            rrb.TimeSeriesView(
+                origin="/life/energy",
+                name="Energy (0 starves, 1 is full)",
+                axis_y=rrb.ScalarAxis(range=(-0.02, 1.02)),
+            ),
+            rrb.StateTimelineView(
+                origin="/life/module", name=f"Module in use (of {FEW_ROBOTS} robots at most)"
+            ),
+            rrb.Horizontal(
+                rrb.TimeSeriesView(
+                    origin="/life/mating_module",
+                    name="Share of robots in the mating module",
+                    axis_y=rrb.ScalarAxis(range=(-0.02, 1.02)),
+                ),
+                rrb.TimeSeriesView(
+                    origin="/life/rates",
+                    name="Matings and batteries of a robot in a minute of its colony's time",
+                ),
+            ),
+            name="Life",
+        )
+
+    def begin(self, stage: Stage) -> None:
+        """Name the lines."""
+        import rerun as rr
+
+        greys = [(90, 96, 104), (140, 148, 158), palette.INK, (140, 148, 158), (90, 96, 104)]
+        stage.draw(
+            "/life/energy/all",
+            rr.SeriesLines(
+                names=[f"{round(100 * quantile)} %" for quantile in QUANTILES],
+                colors=greys,
+                widths=[1.0, 1.0, 2.0, 1.0, 1.0],
+            ),
+            static=True,
+        )
+
+    def draw(self, stage: Stage, spectator: Spectator, moment: Moment) -> None:
+        """Draw how everybody is."""
+        if self._seldom.is_due(moment.unix_s):
+            self._draw_rates(stage, spectator)
+        if not self._often.is_due(moment.unix_s):
+            return
+        states = spectator.states()
+        if not states:
+            return
+        few = len(states) <= FEW_ROBOTS
+        if few:
+            self._draw_energies(stage, spectator, states)
+        else:
+            self._draw_quantiles(stage, states)
+        self._draw_modules(stage, spectator, states[:FEW_ROBOTS])
+        for name in spectator.colonies:
+            in_colony = spectator.states(name)
+            if in_colony:
+                mating = np.mean([state.module == len(MODULES) - 1 for state in in_colony])
+                self._line(stage, f"/life/mating_module/{safe(name)}", name, float(mating))
+
+    def _draw_energies(self, stage: Stage, spectator: Spectator, states: list[State]) -> None:
+        for state in states:
+            path = f"/life/energy/{safe(spectator.call(state.robot))}"
+            self._line(stage, path, spectator.call(state.robot), state.energy)
+
+    @staticmethod
+    def _draw_quantiles(stage: Stage, states: list[State]) -> None:
+        import rerun as rr
+
+        energies = [state.energy for state in states]
+        stage.draw("/life/energy/all", rr.Scalars(np.quantile(energies, QUANTILES)))
+
+    def _draw_modules(self, stage: Stage, spectator: Spectator, states: list[State]) -> None:
+        """Draw changes of the module in use; a change within half a second is not seen."""
+        import rerun as rr
+
+        for state in states:
+            path = f"/life/module/{safe(spectator.call(state.robot))}"
+            if path not in self._styled:
+                self._styled.add(path)
+                names = [module.name for module in MODULES] + ["none"]
+                shown = [*palette.MODULES[: len(MODULES)], palette.STALE]
+                stage.draw(
+                    path,
+                    rr.StateConfiguration(values=names, labels=names, colors=shown),
+                    static=True,
+                )
+            in_use = MODULES[state.module].name if 0 <= state.module < len(MODULES) else "none"
+            stage.draw(path, rr.StateChange(state=in_use))
+
+    def _draw_rates(self, stage: Stage, spectator: Spectator) -> None:
+        for name, colony in spectator.colonies.items():
+            rates = spectator.rates(colony)
+            if rates is None:
+                continue
+            many = f"{name}: " if len(spectator.colonies) > 1 else ""
+            for what, rate in zip(("matings", "batteries"), rates, strict=True):
+                path = f"/life/rates/{what}_{safe(name)}"
+                self._line(stage, path, many + what, rate)
+
+    def _line(self, stage: Stage, path: str, name: str, value: float) -> None:
+        """Add a point to a line, which is named when it is drawn first."""
+        import rerun as rr
+
+        if path not in self._styled:
+            colour = palette.series_colour(len(self._styled))
+            self._styled.add(path)
+            style = rr.SeriesLines(names=[name], colors=[colour], widths=[1.6])
+            stage.draw(path, style, static=True)
+        stage.draw(path, rr.Scalars(value))

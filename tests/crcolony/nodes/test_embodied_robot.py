@@ -1,0 +1,377 @@
+"""A robot finds a body, lives with it, and is not put off by silence, lies, or a link that is lost."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Literal
+
+import msgspec
+import numpy as np
+import pytest
+
+from crcolony.body.contract import OBSERVATION_WIDTH
+from crcolony.body.settings import CyberRodent
+from crcolony.nodes.embodied_robot import EmbodiedRobot, TwinError
+from crcolony.nodes.robot_node import RobotNode
+from crcolony.protocol.body_messages import (
+    Action,
+    Contact,
+    Embodied,
+    Join,
+    Leave,
+    Observation,
+    Refused,
+    decode_action,
+    decode_join,
+    pack_row,
+)
+from crcolony.protocol.codec import encode
+from crcolony.protocol.identity import RobotId, seeded
+from crcolony.protocol.telemetry_messages import (
+    PEERS_TOLD,
+    AboutRobot,
+    Ask,
+    Scene,
+    SeenRobot,
+    decode_about_robot,
+    decode_past,
+)
+from crcolony.robot.factory import own_streams, raise_robots
+from crcolony.robot.state import SLICE_OVER
+from crcolony.storage.store import Store
+from crcolony.transport.interface import (
+    ArenaGone,
+    ArenaSeen,
+    Asked,
+    Observed,
+    Placed,
+    RobotGone,
+    RobotSeen,
+    Shown,
+    StrangerSeen,
+)
+from tests.support.small_colony import small
+
+COLONY, WORLD = "blue", 7
+ME, PEER = sorted((seeded(COLONY, 1, k) for k in range(2)), key=lambda key: key.id)
+BODY = msgspec.json.encode(CyberRodent()).decode()
+CALM = pack_row(np.zeros(OBSERVATION_WIDTH))
+
+
+class Air:
+    """What a robot says, kept."""
+
+    def __init__(self) -> None:
+        self.requests: list[Join | Leave] = []
+        self.actions: list[Action] = []
+        self.is_searching = False
+
+    def send(self, to: RobotId, letter: bytes) -> None: ...
+
+    def join(self, robot: RobotId, request: bytes) -> None:
+        self.requests.append(decode_join(request))
+
+    def act(self, robot: RobotId, action: bytes) -> None:
+        self.actions.append(decode_action(action))
+
+    def tell(self, robot: RobotId, topic: Literal["state", "event"], data: bytes) -> None: ...
+
+    def search(self, is_searching: bool) -> None:
+        self.is_searching = is_searching
+
+
+class Scenery:
+    """A robot, alone with a test."""
+
+    def __init__(self, folder: Path) -> None:
+        config = small()
+        batch, _, (robot,) = raise_robots(config, [ME.id.hex()], own_streams([ME.id]))
+        schema = bytes.fromhex(robot.subpopulation.schema.digest)
+        self.store = Store(folder / "memory.sqlite", ME.id, schema, durable=False)
+        self.air = Air()
+        self.said: list[str] = []
+        self.came_anew = 0
+        self.batch, self.unix_s = batch, 1_000.0
+        node = RobotNode(
+            ME, COLONY, 0, robot, batch, self.store, self.store.begin_life(5), self.air,
+            unix_s=lambda: self.unix_s,
+        )  # fmt: skip
+        node.session = "mine"
+        self.robot = EmbodiedRobot(
+            node, self.air, config, "here", -1, 10.0, self._come_anew, self.said.append
+        )
+        self.robot.begin(0.0)
+
+    def _come_anew(self) -> None:
+        self.came_anew += 1
+
+    def place(
+        self, now_s: float, tick: int = 0, lockstep: bool = False, world: int = WORLD
+    ) -> None:
+        answer = encode(Embodied(2, world, tick, 0.1, lockstep, BODY))
+        self.robot.take(now_s, Placed(ME.id, answer))
+
+    def observe(
+        self,
+        now_s: float,
+        tick: int,
+        world: int = WORLD,
+        row: bytes = CALM,
+        contact: Contact | None = None,
+    ) -> None:
+        seen = encode(Observation(world, tick, row, contact))
+        self.robot.take(now_s, Observed(ME.id, seen))
+
+    def show(self, now_s: float, is_lit: bool) -> None:
+        seen = SeenRobot(PEER.id, COLONY, 0.0, 0.0, 0.0, False, float(is_lit), 0.0, 0.0, False)
+        scene = Scene("here", WORLD, 1, 1, 0, 0.1, 1.0, 1.0, [seen], [])
+        self.robot.take(now_s, Shown(encode(scene)))
+
+    def ask(self, about: Literal["past", "about"], question: bytes) -> list[bytes]:
+        answers: list[bytes] = []
+        self.robot.take(0.0, Asked(about, ME.id, question, answers.append))
+        return answers
+
+    def capture(self, *captures: int) -> None:
+        """Let the robot's agents have captured so many batteries in their lives."""
+        self.batch.captures[0] = captures
+
+    def turn_over(self) -> None:
+        """End the last slice of a generation."""
+        node = self.robot.node
+        generation = node.robot.generation
+        while node.robot.generation == generation:
+            self.batch.events[0] = SLICE_OVER
+            node.finish_step()
+
+    @property
+    def acted(self) -> list[int]:
+        """The ticks it has answered."""
+        return [action.tick for action in self.air.actions]
+
+
+@pytest.fixture
+def scenery(tmp_path: Path) -> Iterator[Scenery]:
+    made = Scenery(tmp_path)
+    yield made
+    made.store.close()
+
+
+class TestTheBody:
+    def test_it_asks_for_a_body_until_it_has_one(self, scenery: Scenery) -> None:
+        """As soon as it lives, when an arena appears, and every second."""
+        scenery.robot.keep_time(0.0)
+        scenery.robot.take(0.1, ArenaSeen(WORLD))
+        scenery.robot.keep_time(0.2)
+        scenery.robot.keep_time(1.2)
+        assert scenery.air.requests == [Join(ME.id, COLONY, -1)] * 3
+        scenery.place(1.3)
+        scenery.robot.keep_time(2.4)
+        assert len(scenery.air.requests) == 3
+        assert scenery.robot.has_body
+        assert scenery.robot.node.number == 2
+
+    def test_it_answers_every_observation_once(self, scenery: Scenery) -> None:
+        """One that comes twice, late, or from another run of the arena is not answered."""
+        scenery.place(0.0)
+        for tick in (1, 2, 2, 1, 3):
+            scenery.observe(0.1 * tick, tick)
+        scenery.observe(0.5, 4, world=WORLD + 1)
+        assert scenery.acted == [1, 2, 3]
+
+    def test_in_lockstep_it_says_again_what_the_arena_did_not_hear(self, scenery: Scenery) -> None:
+        """The same action, and nothing is lived twice."""
+        scenery.place(0.0, lockstep=True)
+        scenery.observe(0.1, 1)
+        steps = scenery.robot.node.robot.steps
+        scenery.observe(0.6, 1)
+        assert scenery.acted == [1, 1]
+        assert scenery.air.actions[0] == scenery.air.actions[1]
+        assert scenery.robot.node.robot.steps == steps
+
+    def test_without_a_body_it_does_nothing(self, scenery: Scenery) -> None:
+        """Nor after the arena has gone; another run of the arena is another body."""
+        scenery.observe(0.0, 1)
+        scenery.place(0.1)
+        scenery.robot.take(0.2, ArenaGone(WORLD + 1))
+        scenery.observe(0.3, 2)
+        scenery.robot.take(0.4, ArenaGone(WORLD))
+        scenery.observe(0.5, 3)
+        assert scenery.acted == [2]
+        assert "the arena is gone; looking for arena here" in scenery.said
+        scenery.place(0.6, world=WORLD + 1)
+        scenery.observe(0.7, 1, world=WORLD + 1)
+        assert scenery.acted == [2, 1]
+
+    def test_a_body_that_is_silent_is_asked_for_again(self, scenery: Scenery) -> None:
+        """After 3 s, and an observation of a tick to come is forgotten then."""
+        scenery.place(0.0)
+        scenery.observe(0.1, 2**40)
+        scenery.observe(0.2, 2)
+        assert scenery.acted == [2**40]
+        scenery.robot.keep_time(3.0)
+        assert not scenery.air.requests
+        scenery.robot.keep_time(3.2)
+        assert len(scenery.air.requests) == 1
+        scenery.place(3.3, tick=30)
+        scenery.observe(3.4, 31)
+        assert scenery.acted == [2**40, 31]
+
+    @pytest.mark.parametrize("row", [pack_row(np.full(OBSERVATION_WIDTH, np.nan)), b"short"])
+    def test_an_observation_that_is_none_is_counted(self, scenery: Scenery, row: bytes) -> None:
+        """And nothing is done."""
+        scenery.place(0.0)
+        scenery.observe(0.1, 1, row=row)
+        assert not scenery.acted
+        assert scenery.robot.node.faults["malformed observation"] == 1
+
+    @pytest.mark.parametrize(
+        ("answer", "said"),
+        [
+            (encode(Refused("full: all 4 places are taken")), "no body: arena here is full"),
+            (encode(Embodied(0, WORLD, 0, 0.1, False, "{")), "arena here: malformed answer"),
+            (b"noise", "arena here: malformed answer"),
+        ],
+        ids=["full", "no settings", "noise"],
+    )
+    def test_it_says_why_it_has_no_body(self, scenery: Scenery, answer: bytes, said: str) -> None:
+        """The arena is full, or says what nobody understands."""
+        scenery.robot.take(4.0, Placed(ME.id, answer))
+        assert not scenery.robot.has_body
+        assert any(line.startswith(said) for line in scenery.said)
+
+    def test_it_gives_its_body_back(self, scenery: Scenery) -> None:
+        """When it leaves."""
+        scenery.robot.leave()
+        assert scenery.air.requests == [Leave(ME.id)]
+
+
+class TestTheOthers:
+    def test_who_is_met_and_cannot_be_seen_is_a_lost_link(self, scenery: Scenery) -> None:
+        """After 5 s of meeting it comes onto the network anew, and not again for half a minute."""
+        scenery.place(0.0)
+        for tick in range(1, 300):
+            scenery.observe(0.1 * tick, tick, contact=Contact(PEER.id, tick))
+        assert scenery.came_anew == 1
+        for tick in range(300, 420):
+            scenery.observe(0.1 * tick, tick, contact=Contact(PEER.id, tick))
+        assert scenery.came_anew == 2
+
+    def test_who_is_missed_with_its_lamp_lit_is_a_lost_link(self, scenery: Scenery) -> None:
+        """A dark lamp proves nothing; and who comes anew sees nobody yet."""
+        other = seeded(COLONY, 1, 3).id
+        for robot in (PEER.id, other):
+            scenery.robot.take(0.0, RobotSeen(robot, 1, "theirs"))
+        scenery.robot.take(0.1, RobotGone(PEER.id, 1, "theirs"))
+        scenery.robot.keep_time(0.2)
+        assert scenery.air.is_searching
+        scenery.show(4.0, is_lit=True)
+        scenery.show(5.2, is_lit=False)
+        assert scenery.came_anew == 0
+        scenery.show(5.3, is_lit=True)
+        assert scenery.came_anew == 1
+        assert not scenery.robot.node.peers
+
+    def test_who_is_back_is_missed_no_more(self, scenery: Scenery) -> None:
+        """Nothing is done, and nobody is searched for."""
+        scenery.robot.take(0.0, RobotGone(PEER.id, 1, "theirs"))
+        scenery.robot.take(1.0, RobotSeen(PEER.id, 2, "theirs"))
+        scenery.show(9.0, is_lit=True)
+        scenery.robot.keep_time(9.0)
+        assert scenery.came_anew == 0
+        assert not scenery.air.is_searching
+
+    def test_a_robot_of_another_version_is_told_of(self, scenery: Scenery) -> None:
+        """And moves nobody."""
+        scenery.robot.take(0.0, StrangerSeen(PEER.id, 9))
+        assert any("speaks version 9 of the protocol" in line for line in scenery.said)
+
+    def test_a_twin_that_was_there_first_ends_it(self, scenery: Scenery) -> None:
+        """It takes no body away from it, and stops once the other is surely alive."""
+        scenery.robot.take(0.0, RobotSeen(ME.id, 1, "older"))
+        scenery.robot.keep_time(1.0)
+        scenery.robot.leave()
+        assert not scenery.air.requests
+        with pytest.raises(TwinError, match="lives already in another process"):
+            scenery.robot.keep_time(7.5)
+
+    def test_it_knows_when_it_has_something_to_do(self, scenery: Scenery) -> None:
+        """`next_s` is never later than what is due, and never in the past once that is done."""
+        now_s = 0.0
+        for _ in range(100):
+            scenery.robot.keep_time(now_s)
+            assert scenery.robot.next_s > now_s
+            now_s = scenery.robot.next_s
+
+
+class TestObservers:
+    """Whoever asks is told, and costs it little."""
+
+    def about(self, scenery: Scenery) -> AboutRobot:
+        (answer,) = scenery.ask("about", b"")
+        return decode_about_robot(answer)
+
+    def test_it_tells_what_it_is_like_and_whom_it_sees(self, scenery: Scenery) -> None:
+        """Its body is the one that it has: the config's, and then what the arena gave it."""
+        config = small()
+        about = self.about(scenery)
+        assert (about.robot, about.life, about.peers) == (ME.id, scenery.robot.node.life, [])
+        told = msgspec.json.decode(about.settings)
+        assert set(told) == {"body", "learning", "life", "heredity"}
+        for name, settings in told.items():
+            assert msgspec.convert(settings, type(group := getattr(config, name))) == group
+        scenery.robot.take(0.0, RobotSeen(PEER.id, 1, "theirs"))
+        body = msgspec.json.encode(CyberRodent(camera_range_m=0.75)).decode()
+        scenery.robot.take(0.0, Placed(ME.id, encode(Embodied(2, WORLD, 0, 0.1, False, body))))
+        about = self.about(scenery)
+        assert about.peers == [PEER.id]
+        assert msgspec.json.decode(about.settings)["body"]["camera_range_m"] == 0.75
+
+    def test_of_many_peers_it_names_some(self, scenery: Scenery) -> None:
+        """As many as a message holds."""
+        for number in range(PEERS_TOLD + 5):
+            scenery.robot.take(0.0, RobotSeen(number.to_bytes(16), 1, "theirs"))
+        assert len(self.about(scenery).peers) == PEERS_TOLD
+
+    def test_it_answers_a_hundred_questions_a_second(self, scenery: Scenery) -> None:
+        """Of both kinds together; those that are too many, or none, are faults."""
+        node, ask = scenery.robot.node, encode(Ask(scenery.robot.node.life, 1))
+        (answer,) = scenery.ask("past", ask)
+        assert len(decode_past(answer).events) == 4, "its births"
+        answers = [*(scenery.ask("past", ask) + scenery.ask("about", b"") for _ in range(80))]
+        assert sum(map(len, answers)) == 99
+        assert node.faults == {"malformed question": 61}
+        scenery.unix_s += 1.0
+        assert not scenery.ask("past", b"")
+        assert not scenery.ask("about", b"?")
+        assert node.faults == {"malformed question": 63}
+        assert self.about(scenery)
+
+    def test_captures_are_counted_over_all_generations_and_lives(
+        self, scenery: Scenery, tmp_path: Path
+    ) -> None:
+        """Of those that have ended, and of the present one."""
+
+        def told(scenery: Scenery) -> int:
+            return scenery.robot.node.state(0).captures
+
+        scenery.capture(1, 2, 0, 4)
+        assert told(scenery) == 7
+        scenery.turn_over()
+        assert told(scenery) == 7
+        scenery.capture(0, 1, 1, 0)
+        assert told(scenery) == 9
+        scenery.robot.node.save()
+        scenery.store.close()
+        again = Scenery(tmp_path)
+        assert told(again) == 9
+        again.turn_over()
+        assert told(again) == 9
+        again.store.close()
+
+
+def test_it_is_done_after_the_last_generation(scenery: Scenery) -> None:
+    """Of its config; a config without a last one goes on."""
+    robot: Any = scenery.robot
+    assert not robot.is_done
+    robot.node.robot.generation = 3
+    assert robot.is_done

@@ -1,0 +1,58 @@
+"""Keys are written by anybody: what is read out of them is right, or nothing."""
+
+import pytest
+
+from crcolony.protocol import key_expressions
+from crcolony.protocol.codec import VERSION
+from crcolony.protocol.key_expressions import ArenaKeys, ArenaToken, ColonyKeys, RobotToken
+
+ROBOT = bytes(range(16))
+ALIVE = f"crcolony/{VERSION}/colony/ours/alive"
+
+
+def test_the_token_of_a_robot_says_who_it_is() -> None:
+    """Written and read, it is the same."""
+    token = key_expressions.robot_token(ColonyKeys("ours").alive(ROBOT, 7, "a1b2"))
+    assert token == RobotToken("ours", ROBOT, 7, "a1b2")
+
+
+def test_the_token_of_an_arena_says_which_run_of_it_it_is() -> None:
+    """Written and read, it is the same."""
+    token = key_expressions.arena_token(ArenaKeys("here").alive(2**61, "a1b2"))
+    assert token == ArenaToken("here", 2**61, "a1b2")
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        f"{ALIVE}/{ROBOT.hex()}/{2**32}/session",
+        f"{ALIVE}/{ROBOT.hex()}/-1/session",
+        f"{ALIVE}/{ROBOT.hex()}/²/session",
+        f"{ALIVE}/{ROBOT.hex()}/{'9' * 5000}/session",
+        f"{ALIVE}/{ROBOT.hex()}/one/session",
+        f"{ALIVE}/{ROBOT.hex()[:-2]}/1/session",
+        f"{ALIVE}/no-robot/1/session",
+        f"{ALIVE}/{ROBOT.hex()}/1",
+        f"crcolony/{VERSION}/arena/here/alive/{2**62}/session",
+        f"crcolony/{VERSION}/arena/here/alive/²/session",
+        f"crcolony/{VERSION}/observer/session",
+        "something/else",
+        "",
+    ],
+    ids=lambda key: key[-40:],
+)
+def test_a_token_that_is_none_says_nothing(key: str) -> None:
+    """Numbers too large, too long, or of another script; no robot; parts that are missing."""
+    assert key_expressions.robot_token(key) is None
+    assert key_expressions.arena_token(key) is None
+
+
+def test_who_speaks_another_version_is_known_as_a_stranger() -> None:
+    """And who speaks ours, or what is no version, is none."""
+
+    def alive(version: str) -> str:
+        return f"crcolony/{version}/colony/ours/alive/{ROBOT.hex()}/1/session"
+
+    assert key_expressions.stranger_in(alive("99")) == (ROBOT, 99)
+    for version in (str(VERSION), "²", "9" * 5000, "new"):
+        assert key_expressions.stranger_in(alive(version)) is None

@@ -1,0 +1,360 @@
+"""Both mate or neither does, at most once, whatever happens: every order of events within bounds is visited.
+
+`explorer.py` says what may happen and what is abstracted. A robot is never told a time here; `test_mating.py` shows
+deadlines. The second half of this file breaks the protocol or its caller on purpose, one line each, and shows that the
+explorer notices: a search that never finds anything proves nothing.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import msgspec
+import pytest
+
+from crcolony.protocol.encounters import Effect, Offer, Record, Send, Write
+from crcolony.protocol.envelope import Letter
+from crcolony.protocol.identity import RobotId
+from crcolony.protocol.mating import Mating, _Open
+from crcolony.protocol.mating_messages import (
+    Abort,
+    Accept,
+    Commit,
+    Done,
+    Encounter,
+    MatingMessage,
+    Propose,
+    Refuse,
+)
+from tests.support.explored_robot import LIMITS, NOW_S, SCHEMA, Bounds, Caller, Decide, Disk, Kind
+from tests.support.mating_explorer import Report, explore
+
+PAIR = (0, 1)
+ONCE = Bounds((PAIR,), crashes=1)
+TWICE = Bounds((PAIR, PAIR))
+
+
+def assert_kept(bounds: Bounds, least: int) -> None:
+    """Assert that no promise is broken within bounds, in an exploration that has seen matings and enough states."""
+    report = explore(bounds)
+    print(report)
+    assert report.violation is None, str(report)
+    assert report.matings > 0
+    assert report.states >= least
+
+
+def assert_caught(kind: Kind, caller: Caller, bounds: Bounds = ONCE) -> Report:
+    """Assert that the explorer finds this way of breaking this promise, and return its counterexample."""
+    report = explore(bounds, caller, only=kind)
+    assert report.violation is not None, f"not noticed: {report}"
+    assert report.violation.kind == kind, str(report)
+    return report
+
+
+class TestPromises:
+    """Whatever is lost, said twice, overtaken, replayed or forged: that has no bound in any of these."""
+
+    def test_one_contact_two_crashes_a_full_disk_and_a_contact_reported_twice(self) -> None:
+        """All faults at once, for two robots that meet once."""
+        assert_kept(Bounds((PAIR,), crashes=2, refusals=1, repeats=1), least=30_000)
+
+    def test_two_contacts_and_two_crashes(self) -> None:
+        """One pair meets twice, so that a second mating begins while the first is unresolved."""
+        assert_kept(Bounds((PAIR, PAIR), crashes=2), least=90_000)
+
+    def test_two_contacts_a_crash_and_a_full_disk(self) -> None:
+        """One pair meets twice, and one of them cannot write, once, and crashes."""
+        assert_kept(Bounds((PAIR, PAIR), crashes=1, refusals=1), least=60_000)
+
+    @pytest.mark.parametrize(
+        "contacts", [(PAIR, (0, 2)), (PAIR, (1, 2)), ((0, 2), (1, 2))], ids=["A", "B", "C"]
+    )
+    def test_three_robots_and_a_crash(self, contacts: tuple[tuple[int, int], ...]) -> None:
+        """Two pairs with one robot in common, so that it is busy with one while the other calls."""
+        assert_kept(Bounds(contacts, robots=3, crashes=1), least=40_000)
+
+    def test_three_robots_and_a_full_disk(self) -> None:
+        """The robot in common cannot write, once, while both others wait for it."""
+        assert_kept(Bounds((PAIR, (1, 2)), robots=3, refusals=1), least=20_000)
+
+    def test_a_counterexample_reads_as_a_story(self) -> None:
+        """The shortest way to break a promise is told step by step, as who does what."""
+        report = assert_caught("said too early", SaysAcceptFirst())
+        assert report.steps[:2] == ("A meets B (nonce 1)", "B meets A (nonce 1)")
+        assert report.steps[-1].endswith("B hears Propose AB1.1 (A1, nonce 1)")
+        assert str(report).startswith("after 4 steps, said too early: Accept AB1.1")
+
+
+# Sabotaged callers -----------------------------------------------------------------------------------------------
+
+
+class SaysFirst(Caller):
+    """Says something before what must be on disk for it."""
+
+    what: type[MatingMessage]
+
+    def in_order(self, effects: Sequence[Effect]) -> Sequence[Effect | Decide]:
+        return sorted(
+            effects, key=lambda e: not (isinstance(e, Send) and isinstance(e.message, self.what))
+        )
+
+
+class SaysAcceptFirst(SaysFirst):
+    what = Accept
+
+
+class SaysCommitFirst(SaysFirst):
+    what = Commit
+
+
+class SaysDoneFirst(SaysFirst):
+    what = Done
+
+
+class KeepsMarksInMemory(Caller):
+    def restored(self, me: RobotId, disk: Disk) -> Mating:
+        mating = self.mating(me, disk.life, SCHEMA, LIMITS)
+        mating.restore(NOW_S, filter(self.is_open, disk.records), {})
+        return mating
+
+
+class KeepsLifeInMemory(Caller):
+    def start(self, me: RobotId, disk: Disk) -> tuple[Disk, Mating]:
+        disk = replace(disk, life=1)
+        return disk, self.restored(me, disk)
+
+
+class SkipsSignature(Caller):
+    def is_genuine(self, letter: Letter) -> bool:
+        return True
+
+
+class ForgetsDecided(Caller):
+    def is_open(self, record: Record) -> bool:
+        return record.state == "prepared"
+
+
+class ForgetsPrepared(Caller):
+    def is_open(self, record: Record) -> bool:
+        return record.state == "decided"
+
+
+class DoesNotUndo(Caller):
+    def refused(self, mating: Mating, write: Write) -> list[Effect]:
+        return []
+
+
+class DecidesApart(Caller):
+    """Decides about offspring in a transaction of its own, after the one that records the mating."""
+
+    decides_apart = True
+
+    def in_order(self, effects: Sequence[Effect]) -> Sequence[Effect | Decide]:
+        done: list[Effect | Decide] = []
+        for effect in effects:
+            done.append(effect)
+            if isinstance(effect, Write) and effect.decided:
+                done.append(Decide(effect.decided))
+        return done
+
+
+class TestSabotagedCaller:
+    """One line wrong around the state machine."""
+
+    def test_accept_before_it_is_prepared_on_disk(self) -> None:
+        """Noticed at once; and if nobody looked, a crash between the two would make the mating one-sided."""
+        assert_caught("said too early", SaysAcceptFirst())
+        assert_caught("one-sided", SaysAcceptFirst())
+
+    def test_commit_before_it_is_decided_on_disk(self) -> None:
+        """Noticed at once; and if nobody looked, a crash between the two would make the mating one-sided."""
+        assert_caught("said too early", SaysCommitFirst())
+        assert_caught("one-sided", SaysCommitFirst())
+
+    def test_done_before_it_is_mated_on_disk(self) -> None:
+        """Noticed at once; and if nobody looked, a crash between the two would make the mating one-sided."""
+        assert_caught("said too early", SaysDoneFirst())
+        assert_caught("one-sided", SaysDoneFirst())
+
+    def test_marks_kept_in_memory_only(self) -> None:
+        """After a crash an old Propose and its Commit, replayed at a contact reported again, mate a second time."""
+        bounds = Bounds((PAIR,), crashes=1, repeats=1)
+        assert_caught("decided twice", KeepsMarksInMemory(), bounds)
+
+    def test_life_kept_in_memory_only(self) -> None:
+        """A number used again lets the Abort of an old encounter end a new one."""
+        bounds = replace(TWICE, crashes=1)
+        assert_caught("one-sided", KeepsLifeInMemory(), bounds)
+
+    def test_signatures_skipped(self) -> None:
+        """A forged letter is believed."""
+        assert_caught("forged", SkipsSignature())
+
+    def test_decided_encounters_not_restored_after_a_crash(self) -> None:
+        """The initiator denies what it has decided."""
+        assert_caught("one-sided", ForgetsDecided())
+
+    def test_prepared_encounters_not_restored_after_a_crash(self) -> None:
+        """The responder no longer listens to the decision it is prepared for."""
+        assert_caught("left open", ForgetsPrepared())
+
+    def test_a_refused_write_not_undone(self) -> None:
+        """Memory runs ahead of the disk, and what it says is on no disk."""
+        bounds = Bounds((PAIR,), refusals=1)
+        assert_caught("said too early", DoesNotUndo(), bounds)
+        assert_caught("one-sided", DoesNotUndo(), bounds)
+
+    def test_offspring_decided_in_a_transaction_of_its_own(self) -> None:
+        """A crash between the two loses the decision for good."""
+        assert_caught("no decision", DecidesApart())
+
+
+# Sabotaged state machines ----------------------------------------------------------------------------------------
+
+
+class IgnoresMarks(Mating):
+    def _on_propose(self, now_s: float, message: Propose, letter: bytes) -> list[Effect]:
+        self._marks.clear()
+        return super()._on_propose(now_s, message, letter)
+
+
+class GuessesCommit(Mating):
+    def give_up(self, now_s: float, encounter: Encounter) -> list[Effect]:
+        waiting = self._open[encounter]
+        if waiting.record.state == "prepared":
+            return self._on_commit(encounter, waiting)
+        return super().give_up(now_s, encounter)
+
+
+class GuessesAbort(Mating):
+    def give_up(self, now_s: float, encounter: Encounter) -> list[Effect]:
+        waiting = self._open[encounter]
+        if waiting.record.state == "prepared":
+            return self._close(waiting, "aborted")
+        return super().give_up(now_s, encounter)
+
+
+class GivesUpDecided(Mating):
+    def give_up(self, now_s: float, encounter: Encounter) -> list[Effect]:
+        waiting = self._open[encounter]
+        if waiting.record.state == "decided":
+            abort = Send(encounter.responder, Abort(encounter))
+            return [*self._close(waiting, "aborted"), abort]
+        return super().give_up(now_s, encounter)
+
+
+class PresumesCommit(Mating):
+    def _on_accept(
+        self, now_s: float, message: Accept, letter: bytes, waiting: _Open | None
+    ) -> list[Effect]:
+        if waiting is None:
+            return [Send(message.encounter.responder, Commit(message.encounter))]
+        return super()._on_accept(now_s, message, letter, waiting)
+
+
+class PresumesNothing(Mating):
+    def _on_accept(
+        self, now_s: float, message: Accept, letter: bytes, waiting: _Open | None
+    ) -> list[Effect]:
+        if waiting is None:
+            return []
+        return super()._on_accept(now_s, message, letter, waiting)
+
+
+class IgnoresNonce(Mating):
+    def expects(self, message: MatingMessage) -> bool:
+        if isinstance(message, Propose) and message.encounter.responder == self.me:
+            return self._nonce_with(message.encounter.initiator) is not None
+        return super().expects(message)
+
+    def _on_accept(
+        self, now_s: float, message: Accept, letter: bytes, waiting: _Open | None
+    ) -> list[Effect]:
+        nonce = waiting.record.nonce if waiting else message.nonce
+        message = msgspec.structs.replace(message, nonce=nonce)
+        return super()._on_accept(now_s, message, letter, waiting)
+
+
+class ForgetsUnacknowledged(Mating):
+    """Proposes anew to a robot that has not acknowledged the last mating; that robot then aborts the older."""
+
+    def _has_open(self, peer: RobotId) -> bool:
+        return self._proposal_to(peer) is not None
+
+
+class BelievesLateRefusal(Mating):
+    def receive(self, now_s: float, message: MatingMessage, letter: bytes) -> list[Effect]:
+        waiting = self._open.get(message.encounter)
+        if isinstance(message, Refuse) and waiting and waiting.record.state == "decided":
+            return self._close(waiting, "aborted")
+        return super().receive(now_s, message, letter)
+
+
+class IgnoresAbort(Mating):
+    def expects(self, message: MatingMessage) -> bool:
+        return not isinstance(message, Abort) and super().expects(message)
+
+
+class OffersWhoeverIsInControl(Mating):
+    """As a responder, answers for the agent of another contact than the one the proposal belongs to."""
+
+    def meet(self, now_s: float, peer: RobotId, nonce: int, own: Offer, tick: int) -> list[Effect]:
+        older = self._contacts.get(peer)
+        return super().meet(now_s, peer, nonce, older.own if older else own, tick)
+
+
+def made_of(mating: type[Mating]) -> Caller:
+    """Return a flawless caller of a sabotaged state machine."""
+    caller = Caller()
+    caller.mating = mating
+    return caller
+
+
+class TestSabotagedMating:
+    """One row of the table wrong."""
+
+    def test_marks_ignored(self) -> None:
+        """A Propose of an encounter that is over, replayed at a contact reported again, mates a second time."""
+        bounds = Bounds((PAIR,), repeats=1)
+        assert_caught("decided twice", made_of(IgnoresMarks), bounds)
+
+    def test_in_doubt_commit_guessed(self) -> None:
+        """The initiator may have given up long ago."""
+        assert_caught("one-sided", made_of(GuessesCommit))
+
+    def test_in_doubt_abort_guessed(self) -> None:
+        """The initiator may have decided, and its Commit be under way."""
+        assert_caught("one-sided", made_of(GuessesAbort))
+
+    def test_a_decided_encounter_given_up(self) -> None:
+        """A Commit that was said cannot be taken back."""
+        assert_caught("one-sided", made_of(GivesUpDecided))
+
+    def test_accept_of_an_unknown_encounter_answered_with_commit(self) -> None:
+        """What is on no disk was never decided."""
+        assert_caught("said too early", made_of(PresumesCommit))
+        assert_caught("one-sided", made_of(PresumesCommit))
+
+    def test_accept_of_an_unknown_encounter_not_answered(self) -> None:
+        """Its responder would be in doubt forever."""
+        assert_caught("left open", made_of(PresumesNothing))
+
+    def test_nonce_not_checked(self) -> None:
+        """A robot mates with one that met it at another time, or never."""
+        assert_caught("no contact", made_of(IgnoresNonce), TWICE)
+
+    def test_a_newer_proposal_while_the_older_is_unacknowledged(self) -> None:
+        """The responder takes the newer as a sign that the older was not decided, and aborts it."""
+        assert_caught("one-sided", made_of(ForgetsUnacknowledged), TWICE)
+
+    def test_a_late_refusal_believed(self) -> None:
+        """A copy of the Propose was refused, another was accepted, and that counts."""
+        bounds = Bounds((PAIR,), repeats=1)
+        assert_caught("one-sided", made_of(BelievesLateRefusal), bounds)
+
+    def test_abort_ignored(self) -> None:
+        """Its responder would be in doubt forever."""
+        assert_caught("left open", made_of(IgnoresAbort))
+
+    def test_an_agent_of_another_contact_offered(self) -> None:
+        """The parent of the offspring would not be the agent that was in control when the robots met."""
+        assert_caught("wrong genes", made_of(OffersWhoeverIsInControl), TWICE)

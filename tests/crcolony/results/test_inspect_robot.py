@@ -1,0 +1,201 @@
+"""`crcolony inspect` tells what is in a memory, truly, and makes a table of it that a spreadsheet reads."""
+
+import csv
+import io
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from crcolony.cli import main
+from crcolony.config import Config, load, to_toml
+from crcolony.evolution.history import Born, Event, Lived
+from crcolony.protocol.encounters import Offer, Record, Role, State
+from crcolony.protocol.envelope import seal
+from crcolony.protocol.identity import Identity
+from crcolony.protocol.mating_messages import Accept, Encounter, Propose, pack_genes
+from crcolony.results.inspect_robot import gene_names, inspect_memory, proof_of
+from crcolony.robot.genes import agent_schema
+from crcolony.storage.rows import Decision
+from crcolony.storage.sql import StoreError
+from crcolony.storage.store import Store
+
+ME, PEER = Identity(bytes(32)), Identity(bytes([1]) * 32)
+SCHEMA = agent_schema(Config().learning, Config().heredity)
+DIGEST = bytes.fromhex(SCHEMA.digest)
+GENES = pack_genes(SCHEMA.random(np.random.default_rng(1)))
+NONCE, TICK = 9, 40
+
+
+def encountered(
+    count: int, role: Role = "initiator", state: State = "mated", colony: str = "colony"
+) -> Record:
+    """Return an encounter with the peer's letter of it."""
+    own, partner = Offer(f"{ME.id.hex()}/0", GENES), Offer(f"{PEER.id.hex()}/{count}", GENES)
+    if role == "initiator":
+        encounter = Encounter(ME.id, PEER.id, 1, count)
+        letter = seal(Accept(encounter, NONCE, DIGEST, *offered(partner)), colony, PEER)
+    else:
+        encounter = Encounter(PEER.id, ME.id, 1, count)
+        letter = seal(Propose(encounter, NONCE, DIGEST, *offered(partner)), colony, PEER)
+    return Record(encounter, role, state, NONCE, TICK, own, partner, letter)
+
+
+def offered(offer: Offer) -> tuple[str, bytes]:
+    return offer.agent, offer.genes
+
+
+def decision(conceived: bool) -> Decision:
+    return Decision(0.5, conceived, False, GENES if conceived else b"", 7, bytes(16))
+
+
+def birth(number: int, generation: int, mother: int | None, father: str | None) -> Born:
+    me = ME.id.hex()
+    parent = None if mother is None else f"{me}/{mother}"
+    return Born(10 * generation, 0, generation, f"{me}/{number}", "hash", GENES, parent, father)
+
+
+@pytest.fixture
+def memory(tmp_path: Path) -> Path:
+    """Return a memory of two matings (one offspring), a doubt, an abortion, two generations and a pool of one."""
+    path = tmp_path / "memory.sqlite"
+    store = Store(path, ME.id, DIGEST, durable=False)
+    store.begin_life(1)
+    for count, conceived in ((1, True), (2, False)):
+        record = encountered(count)
+        store.write([record], record, decision(conceived))
+    doubt = encountered(3, "responder", "prepared")
+    store.write([doubt, encountered(4, "responder", "aborted"), replace(doubt, orphaned=True)])
+    father = f"{PEER.id.hex()}/1"
+    child = (np.frombuffer(GENES), f"{ME.id.hex()}/1", father, 7)
+    events: list[Event] = [
+        birth(0, 0, None, None),
+        Lived(10, 0, 0, f"{ME.id.hex()}/0", 300, 0.25, 4, 2),
+        birth(1, 1, 0, father),
+    ]
+    store.save({"generation": 1, "subpopulation": {"pool": [child]}}, events, 55)
+    store.close()
+    return path
+
+
+def table(capsys: pytest.CaptureFixture[str], memory: Path, name: str) -> list[dict[str, str]]:
+    inspect_memory(memory, name)
+    return list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
+
+
+def test_words_tell_whose_memory_it_is_and_how_it_mated(
+    memory: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Robot, life, generation, tick, encounters by outcome, matings by partner, pool, doubts, letters and lineage."""
+    inspect_memory(memory, None)
+    told = capsys.readouterr().out
+    peer = PEER.id.hex()[:8]
+    for words in (
+        f"memory of robot {ME.id.hex()}",
+        "life 1, generation 1, saved ",
+        " at tick 55",
+        "encounters: 4 (2 mated, 1 prepared, 1 aborted)",
+        "matings: 2 with 1 partner, 1 offspring",
+        f"  {peer}: 2 matings, 1 offspring",
+        "open encounters: 1",
+        f"with {peer} since tick 40: in doubt, orphaned",
+        "offspring pool: 1",
+        "partners' letters: 4 of 4 signed for colony colony",
+        f"  {ME.id.hex()[:8]}/1 ← {ME.id.hex()[:8]}/0 × {peer}/1",
+    ):
+        assert words in told
+
+
+def test_a_new_memory_is_told_in_words(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A robot that has lived through nothing yet has a memory that can be looked at."""
+    path = tmp_path / "memory.sqlite"
+    Store(path, ME.id, DIGEST, durable=False).close()
+    inspect_memory(path, None)
+    told = capsys.readouterr().out
+    assert "nothing saved yet" in told
+    assert "nobody is born yet" in told
+
+
+def test_the_table_of_matings_names_genes_and_tells_whether_letters_are_genuine(
+    memory: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A row for each encounter, with the offspring's genes in columns of their names."""
+    rows = table(capsys, memory, "matings")
+    assert [row["state"] for row in rows] == ["mated", "mated", "prepared", "aborted"]
+    assert [row["conceived"] for row in rows] == ["1", "0", "", ""]
+    assert {row["letter"] for row in rows} == {"signed"}
+    genes = np.array([float(rows[0][gene.name]) for gene in SCHEMA.genes])
+    assert pack_genes(genes) == GENES
+    assert rows[1]["mating.tau"] == ""
+
+
+def test_letters_are_judged_by_the_colony_that_the_memory_names(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In words and in the table alike: signed for the reds is as it should be in a memory of the reds."""
+    path = tmp_path / "memory.sqlite"
+    store = Store(path, ME.id, DIGEST, durable=False)
+    record = encountered(1, colony="reds")
+    store.write([record], record, decision(True))
+    store.save({"generation": 0, "colony": "reds"}, [], 55)
+    store.close()
+    inspect_memory(path, None)
+    assert "partners' letters: 1 of 1 signed for colony reds" in capsys.readouterr().out
+    (row,) = table(capsys, path, "matings")
+    assert row["letter"] == "signed"
+
+
+def test_tables_of_births_lives_and_pool_hold_what_the_memory_holds(
+    memory: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Every birth with its genes, every life with its figures, every waiting offspring with its parents."""
+    births = table(capsys, memory, "births")
+    assert [row["generation"] for row in births] == ["0", "1"]
+    assert births[1]["father"] == f"{PEER.id.hex()}/1"
+    (life,) = table(capsys, memory, "lives")
+    assert (life["steps"], life["energy"], life["captures"], life["matings"]) == (
+        "300", "0.25", "4", "2",
+    )  # fmt: skip
+    (child,) = table(capsys, memory, "pool")
+    assert child["step"] == "7"
+    assert float(child["foraging.alpha"]) == np.frombuffer(GENES)[SCHEMA.index("foraging.alpha")]
+
+
+def test_genes_of_unknown_settings_are_numbered_and_of_a_results_folder_named(
+    tmp_path: Path,
+) -> None:
+    """Names come from the built-in config or the config.toml of the folder that `launch` made, if they fit."""
+    config = load(None, ["learning.potential_distances=2"])
+    other = agent_schema(config.learning, config.heredity)
+    folder = tmp_path / "robots" / "0"
+    folder.mkdir(parents=True)
+    path = folder / "memory.sqlite"
+    assert gene_names(path, bytes.fromhex(other.digest)) == []
+    (tmp_path / "config.toml").write_text(to_toml(config))
+    assert gene_names(path, bytes.fromhex(other.digest)) == [gene.name for gene in other.genes]
+
+
+def test_a_letter_that_does_not_say_what_the_memory_says_is_told() -> None:
+    """Other genes, another agent, or no letter at all are `doctored`; a signature for another colony is `other`."""
+    record = encountered(1)
+    assert proof_of(record, "colony") == "signed"
+    assert proof_of(record, "elsewhere") == "other"
+    assert proof_of(encountered(1, colony="elsewhere"), "colony") == "other"
+    other = Offer("somebody/1", GENES)
+    assert proof_of(replace(record, partner=other), "colony") == "doctored"
+    assert proof_of(replace(record, proof=record.proof[:-1]), "colony") == "doctored"
+    assert proof_of(replace(record, proof=encountered(2).proof), "colony") == "doctored"
+
+
+def test_what_is_no_memory_is_refused_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A missing file and a file of something else end with exit code 2 and a line that names the file."""
+    path = tmp_path / "notes.txt"
+    with pytest.raises(StoreError, match="no such file"):
+        inspect_memory(path, None)
+    path.write_text("these are not the memories you are looking for")
+    assert main(["inspect", str(path)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert str(path) in line

@@ -1,0 +1,262 @@
+"""A results folder tells the whole of a run, survives what a disk does to it, and lets the run go on."""
+
+import csv
+import json
+import sqlite3
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from crcolony.config import Config, ConfigError, load
+from crcolony.evolution.history import Born, Died, Lived, Mated, TurnedOver
+from crcolony.in_process.colony import EmbeddedColony
+from crcolony.in_process.run import begin, evolve, resume
+from crcolony.results.run_folder import Results
+from crcolony.storage.files import ResultsError
+from tests.support.small_colony import Recorder, live, new_colony, small
+
+TABLES = {
+    Born: "births",
+    Mated: "matings",
+    Died: "deaths",
+    Lived: "lives",
+    TurnedOver: "turnovers",
+}
+
+
+def run(folder: Path, config: Config, stop_after: int = 10**9) -> Results:
+    """Run a colony until its end, or until it was looked at `stop_after` times."""
+    results, colony = begin(folder, config)
+    go_on(results, colony, stop_after)
+    return results
+
+
+def go_on(results: Results, colony: EmbeddedColony, stop_after: int = 10**9) -> None:
+    looks = iter(range(stop_after))
+    evolve(results, colony, lambda: next(looks, None) is None, lambda _: None)
+    results.close()
+
+
+def rows_of(folder: Path, table: str) -> list[tuple[object, ...]]:
+    database = sqlite3.connect(folder / "history.sqlite")
+    try:
+        return database.execute(f"SELECT * FROM {table}").fetchall()
+    finally:
+        database.close()
+
+
+def test_a_folder_holds_config_versions_seed_history_and_a_table(tmp_path: Path) -> None:
+    """What is in it is what happened: every event in the database, one row a generation, the config as it was."""
+    config = small("seed=7")
+    results = run(tmp_path / "run", config)
+    colony, recorder = new_colony("seed=7")
+    colony.begin()
+    live(colony)
+    assert load(results.folder / "config.toml") == config
+    told = json.loads((results.folder / "run.json").read_text())
+    assert told["history_hash"] == str(recorder.hash)
+    assert (told["status"], told["generations"], told["seed"]) == ("done", 3, 7)
+    assert told["versions"]["numpy"] == np.__version__
+    for kind, table in TABLES.items():
+        events = [event for event in recorder.events if type(event) is kind]
+        rows = [msgspec.structs.astuple(event) for event in events]
+        assert rows_of(results.folder, table) == rows
+    with (results.folder / "generations.csv").open(newline="") as file:
+        table_rows = list(csv.DictReader(file))
+    assert [row["generation"] for row in table_rows] == ["0", "1", "2"]
+    for generation, row in enumerate(table_rows):
+        matings = [v.matings for v in recorder.all(Lived) if v.generation == generation]
+        assert float(row["matings"]) == pytest.approx(np.mean(matings))
+
+
+def test_a_run_that_was_stopped_and_resumed_is_the_run_that_was_not(tmp_path: Path) -> None:
+    """History hash, database and table are equal to those of an undisturbed run."""
+    config = small("life.agents=40", "generations=2")
+    whole = run(tmp_path / "whole", config)
+    run(tmp_path / "parts", config, stop_after=1)
+    told = json.loads((tmp_path / "parts" / "run.json").read_text())
+    assert told["status"] == "stopped"
+    assert told["generations"] == 0
+    results, colony = resume(tmp_path / "parts")
+    assert colony.tick > 0
+    go_on(results, colony)
+    assert str(results.hash) == str(whole.hash)
+    for table in TABLES.values():
+        assert rows_of(results.folder, table) == rows_of(whole.folder, table)
+    name = "generations.csv"
+    assert (results.folder / name).read_bytes() == (whole.folder / name).read_bytes()
+
+
+def test_what_came_after_the_last_checkpoint_is_lived_again(tmp_path: Path) -> None:
+    """A run killed long after its checkpoint goes on from there, and no event stands twice in its history."""
+    config = small()
+    whole = run(tmp_path / "whole", config)
+    folder = tmp_path / "killed"
+    results, colony = begin(folder, config)
+    for _ in range(2):
+        colony.run(10_000)
+        results.write_generation(colony.summary)
+    results.close()
+    go_on(*resume(folder))
+    assert rows_of(folder, "births") == rows_of(whole.folder, "births")
+    name = "generations.csv"
+    assert (folder / name).read_bytes() == (whole.folder / name).read_bytes()
+
+
+def test_a_finished_run_that_is_resumed_stays_as_it_is(tmp_path: Path) -> None:
+    """There is nothing left to do."""
+    whole = run(tmp_path / "run", small())
+    results, colony = resume(tmp_path / "run")
+    go_on(results, colony)
+    assert str(results.hash) == str(whole.hash)
+
+
+def test_a_folder_with_something_in_it_is_left_alone(tmp_path: Path) -> None:
+    """A new run refuses it and changes nothing."""
+    (tmp_path / "mine.txt").write_text("precious")
+    with pytest.raises(ResultsError, match="not empty"):
+        begin(tmp_path, small())
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_a_run_that_cannot_start_leaves_nothing_behind(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """When the first checkpoint cannot be written the new folder is gone again, and one that was there is empty."""
+
+    def refuse(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("crcolony.results.run_folder.write_checkpoint", refuse)
+    (tmp_path / "old").mkdir()
+    for folder in (tmp_path / "new", tmp_path / "old"):
+        with pytest.raises(ResultsError, match="No space left"):
+            begin(folder, small())
+    assert [path.name for path in tmp_path.iterdir()] == ["old"]
+    assert not list((tmp_path / "old").iterdir())
+
+
+def test_a_row_is_added_whole_or_not_at_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A disk that fills up in the middle of a row leaves the table as it was."""
+    results, colony = begin(tmp_path / "run", small())
+    colony.run(10_000)
+    results.write_generation(colony.summary)
+    table = results.folder / "generations.csv"
+    before = table.read_bytes()
+
+    write = csv.DictWriter.writerow
+
+    def fill_up(writer: "csv.DictWriter[str]", row: dict[str, object]) -> None:
+        write(writer, row)
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(csv.DictWriter, "writerow", fill_up)
+    with pytest.raises(ResultsError, match="No space left"):
+        results.write_generation(colony.summary)
+    results.close()
+    assert table.read_bytes() == before
+
+
+def test_two_runs_do_not_write_one_folder(tmp_path: Path) -> None:
+    """Whoever comes second is told so."""
+    results, _ = begin(tmp_path / "run", small())
+    with pytest.raises(ResultsError, match="in use by another run"):
+        resume(tmp_path / "run")
+    results.close()
+    resume(tmp_path / "run")[0].close()
+
+
+@pytest.mark.parametrize("damage", ["truncate", "flip", "empty", "text", "missing", "other"])
+def test_a_damaged_checkpoint_is_refused_by_name(tmp_path: Path, damage: str) -> None:
+    """Cut short, with one byte changed, empty, not a checkpoint at all, gone, or of another colony."""
+    run(tmp_path / "run", small(), stop_after=1)
+    path = tmp_path / "run" / "checkpoint.npz"
+    content = bytearray(path.read_bytes())
+    if damage == "truncate":
+        path.write_bytes(content[: len(content) // 2])
+    elif damage == "flip":
+        content[len(content) // 2] ^= 1
+        path.write_bytes(content)
+    elif damage == "empty":
+        path.write_bytes(b"")
+    elif damage == "text":
+        path.write_text("hello")
+    elif damage == "other":
+        run(tmp_path / "other", small("life.agents=5"), stop_after=1)
+        path.write_bytes((tmp_path / "other" / "checkpoint.npz").read_bytes())
+    else:
+        path.unlink()
+    with pytest.raises(ResultsError, match=r"checkpoint\.npz"):
+        resume(tmp_path / "run")
+
+
+def test_a_checkpoint_without_what_it_needs_is_refused(tmp_path: Path) -> None:
+    """A sound archive of other things is no checkpoint."""
+    run(tmp_path / "run", small(), stop_after=1)
+    path = tmp_path / "run" / "checkpoint.npz"
+    for content in ({"a": np.zeros(3)}, {"rest": np.frombuffer(b"\x80", dtype=np.uint8)}):
+        with path.open("wb") as file:
+            np.savez(file, **content)
+        with pytest.raises(ResultsError, match="corrupt"):
+            resume(tmp_path / "run")
+
+
+def test_a_damaged_database_or_config_is_refused_by_name(tmp_path: Path) -> None:
+    """Each is named with what is wrong."""
+    run(tmp_path / "run", small(), stop_after=1)
+    (tmp_path / "run" / "history.sqlite").write_bytes(b"no database at all" * 100)
+    with pytest.raises(ResultsError, match=r"history\.sqlite"):
+        resume(tmp_path / "run")
+    (tmp_path / "run" / "config.toml").write_text("robots = 'four'")
+    with pytest.raises(ConfigError, match=r"config\.toml: robots"):
+        resume(tmp_path / "run")
+    with pytest.raises(ResultsError, match=r"config\.toml is missing"):
+        resume(tmp_path)
+
+
+def test_a_row_that_a_crash_cut_short_is_forgotten_and_nonsense_is_refused(tmp_path: Path) -> None:
+    """The table of a resumed run holds whole rows only."""
+    folder = tmp_path / "run"
+    run(folder, small("life.agents=40"), stop_after=8)
+    table = folder / "generations.csv"
+    rows = len(table.read_text().splitlines())
+    assert rows > 1
+    with table.open("a") as file:
+        file.write("1,77")
+    resume(folder)[0].close()
+    assert len(table.read_text().splitlines()) == rows
+    table.write_text(table.read_text().replace("generation", "generatoin"))
+    with pytest.raises(ResultsError, match=r"generations\.csv: corrupt"):
+        resume(folder)
+
+
+def test_a_colony_larger_than_the_machine_is_refused(tmp_path: Path) -> None:
+    """Before anything is made."""
+    with pytest.raises(ConfigError, match="GB of memory"):
+        begin(tmp_path / "run", load(None, ["robots=10000", "life.agents=1000"]))
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_colony_that_finds_no_place_is_refused(tmp_path: Path) -> None:
+    """A forest of thin pillars leaves room enough, and none for a robot."""
+    steps = range(-7, 8)
+    forest = [[0.16 * i, 0.16 * j, 0.01] for i in steps for j in steps]
+    config = load(None, ["arena.width_m=2.0", f"arena.pillars={forest}"])
+    with pytest.raises(ConfigError, match="no free place"):
+        begin(tmp_path / "run", config)
+
+
+def test_an_observer_of_events_changes_nothing(tmp_path: Path) -> None:
+    """A recorder and a results folder are told the same history."""
+    recorder = Recorder()
+    results = Results(tmp_path, small())
+    for take in (recorder, results.record):
+        colony, _ = new_colony()
+        colony._record = take
+        colony.begin()
+        live(colony)
+    assert str(recorder.hash) == str(results.hash)

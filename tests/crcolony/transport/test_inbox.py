@@ -1,0 +1,115 @@
+"""The inbox of a process: what bodies say comes first, what strangers say is bounded, and nobody waits in vain."""
+
+import threading
+
+from crcolony.transport.inbox import Inbox
+from crcolony.transport.interface import Arrival, Asked, Mail, Observed, RobotGone, RobotSeen
+
+ROBOT = bytes(16)
+SEEN, GONE = RobotSeen(ROBOT, 1, "s"), RobotGone(ROBOT, 1, "s")
+OBSERVED = Observed(ROBOT, b"observation")
+
+
+def mail(number: int, size: int = 8) -> Mail:
+    return Mail(ROBOT, number.to_bytes(size, "big"))
+
+
+def all_in(inbox: Inbox) -> list[Arrival]:
+    """Return all that waits, in the order in which it is looked at."""
+    waiting = []
+    while (arrival := inbox.get(0.0)) is not None:
+        waiting.append(arrival)
+    return waiting
+
+
+def test_an_observation_is_looked_at_before_letters_that_came_earlier() -> None:
+    """So that no flood of letters makes a control step late."""
+    inbox = Inbox()
+    for arrival in (mail(1), mail(2), OBSERVED):
+        inbox.deliver(arrival)
+    assert all_in(inbox) == [OBSERVED, mail(1), mail(2)]
+
+
+def test_letters_and_presence_keep_their_order() -> None:
+    """What a robot said before it left is looked at before its leaving."""
+    inbox = Inbox()
+    arrivals: list[Arrival] = [SEEN, mail(1), GONE, mail(2)]
+    for arrival in arrivals:
+        inbox.deliver(arrival)
+    assert all_in(inbox) == arrivals
+
+
+def test_letters_beyond_the_limit_are_dropped_and_counted_but_presence_never() -> None:
+    """A robot that comes or goes is noticed in the midst of a flood."""
+    inbox = Inbox()
+    for number in range(3000):
+        inbox.deliver(mail(number))
+    inbox.deliver(Asked("past", ROBOT, b"?", lambda _: None))
+    inbox.deliver(GONE)
+    waiting = all_in(inbox)
+    assert waiting == [*map(mail, range(2048)), GONE]
+    assert inbox.dropped == 3000 - 2048 + 1
+
+
+def test_what_waits_is_bounded_in_bytes() -> None:
+    """Letters as long as they may be do not fill the memory; room that was made is used again."""
+    inbox = Inbox()
+    for _ in range(2):
+        for number in range(1000):
+            inbox.deliver(mail(number, size=65_536))
+        assert len(all_in(inbox)) == 128
+    assert inbox.dropped == 2 * (1000 - 128)
+
+
+def test_observations_beyond_the_limit_are_dropped_and_counted() -> None:
+    """Even what comes first does not fill the memory."""
+    inbox = Inbox()
+    for _ in range(3000):
+        inbox.deliver(OBSERVED)
+    assert len(all_in(inbox)) == 2048
+    assert inbox.dropped == 3000 - 2048
+
+
+def test_whoever_waits_is_woken_by_every_kind_of_arrival() -> None:
+    """By an observation, a letter, a robot that comes, and by `wake`, which brings nothing."""
+    for delivered in (OBSERVED, mail(1), SEEN, None):
+        inbox = Inbox()
+        got: list[Arrival | None] = []
+
+        def wait(inbox: Inbox = inbox, got: list[Arrival | None] = got) -> None:
+            got.append(inbox.get(30.0))
+
+        waiting = threading.Thread(target=wait)
+        waiting.start()
+        if delivered is None:
+            inbox.wake()
+        else:
+            inbox.deliver(delivered)
+        waiting.join(10.0)
+        assert got == [delivered]
+
+
+def test_no_letter_is_missed_whatever_the_order_of_threads() -> None:
+    """Four threads deliver 2,000 letters each, in small parts, to one that never waits longer than it must."""
+    inbox = Inbox()
+    got: list[Arrival] = []
+    taken = threading.Semaphore(0)
+
+    def deliver() -> None:
+        for number in range(2000):
+            inbox.deliver(mail(number))
+            if number % 50 == 49:
+                assert taken.acquire(timeout=10.0)
+
+    threads = [threading.Thread(target=deliver) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    while len(got) < 8000:
+        arrival = inbox.get(10.0)
+        if arrival is not None:
+            got.append(arrival)
+            if len(got) % 50 == 0:
+                taken.release()
+    for thread in threads:
+        thread.join(10.0)
+    assert inbox.dropped == 0

@@ -1,0 +1,184 @@
+"""The camera sees what a Cyber Rodent's would: the nearest of each kind, in range, in view, and in sight."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from crcolony.body import contract
+from crcolony.compiled import FloatArray
+from crcolony.world.arena import Arena
+from tests.support.small_arenas import new_arena, put
+
+HALF_ANGLE = math.radians(75)
+
+
+def seen(arena: Arena, robot: int, what: int) -> tuple[float, float] | None:
+    """Return distance (m) and bearing (rad) of a blob, or None if it is not visible."""
+    row = arena.observe()[robot]
+    if row[what] == 0.0:
+        assert not row[what : what + 6].any()
+        return None
+    return float(row[what + contract.DISTANCE]), float(row[what + contract.BEARING])
+
+
+@given(st.floats(-math.pi, math.pi), st.floats(0.3, 2.0), st.floats(-math.pi, math.pi))
+def test_a_pack_is_seen_within_range_and_angle_and_nowhere_else(
+    heading: float, distance_m: float, bearing: float
+) -> None:
+    """With its true distance and bearing, left being positive, wherever the robot looks."""
+    if abs(distance_m - 1.5) < 1e-6 or abs(abs(bearing) - HALF_ANGLE) < 1e-6:
+        return
+    arena = new_arena()
+    x, y = distance_m * math.cos(heading + bearing), distance_m * math.sin(heading + bearing)
+    put(arena, [(0.0, 0.0, heading)], [(x, y)])
+    blob = seen(arena, 0, contract.PACK)
+    if distance_m > 1.5 or abs(bearing) > HALF_ANGLE:
+        assert blob is None
+    else:
+        assert blob == pytest.approx((distance_m, bearing), abs=1e-9)
+
+
+def test_the_nearest_pack_is_seen_with_its_colour() -> None:
+    """Behind it others may be, and one that a jaw holds is not to be had."""
+    arena = new_arena(packs=3)
+    put(arena, [(0.0, 0.0, 0.0)], [(1.0, 0.0), (0.5, 0.3), (0.3, 0.0)])
+    arena.world.pack_holders[2] = 0
+    assert seen(arena, 0, contract.PACK) == pytest.approx(
+        (math.hypot(0.5, 0.3), math.atan2(0.3, 0.5))
+    )
+    row = arena.observe()[0]
+    colour = contract.PACK + contract.COLOUR
+    assert row[colour : colour + 3].tolist() == arena.world.pack_colours[1].tolist()
+
+
+@pytest.mark.parametrize(
+    ("heading_deg", "face"), [(180, True), (110, True), (-91, True), (80, False), (0, False)]
+)
+def test_a_robot_shows_its_face_or_its_tail_lamp(heading_deg: float, face: bool) -> None:
+    """A face is seen from within 90 degrees of its heading, else the tail, and never both."""
+    arena = new_arena(2)
+    put(arena, [(0.0, 0.0, 0.0), (0.8, 0.2, math.radians(heading_deg))])
+    shown, hidden = (contract.FACE, contract.TAIL) if face else (contract.TAIL, contract.FACE)
+    assert seen(arena, 0, shown) == pytest.approx((math.hypot(0.8, 0.2), math.atan2(0.2, 0.8)))
+    assert seen(arena, 0, hidden) is None
+
+
+def test_a_face_has_the_colour_of_its_lamp_and_a_tail_is_red() -> None:
+    """The lamp is what the other robot commanded."""
+    arena = new_arena(2)
+    put(arena, [(0.0, 0.0, 0.0), (0.8, 0.0, math.pi)])
+    arena.world.actions[1, contract.LED : contract.LED + 3] = [0.2, 0.7, 0.1]
+    colour = slice(contract.FACE + contract.COLOUR, contract.FACE + contract.COLOUR + 3)
+    assert arena.observe()[0, colour].tolist() == [0.2, 0.7, 0.1]
+    put(arena, [(0.0, 0.0, 0.0), (0.8, 0.0, 0.0)])
+    colour = slice(contract.TAIL + contract.COLOUR, contract.TAIL + contract.COLOUR + 3)
+    assert arena.observe()[0, colour].tolist() == [1.0, 0.0, 0.0]
+
+
+def test_of_several_robots_the_nearest_face_and_the_nearest_tail_are_seen() -> None:
+    """Each in its own blob."""
+    arena = new_arena(5)
+    put(
+        arena,
+        [
+            (0.0, 0.0, 0.0),
+            (1.2, 0.4, math.pi),
+            (0.7, 0.4, math.pi),
+            (0.6, -0.4, 0.0),
+            (1.2, -0.5, 0.0),
+        ],
+    )
+    assert seen(arena, 0, contract.FACE) == pytest.approx(
+        (math.hypot(0.7, 0.4), math.atan2(0.4, 0.7))
+    )
+    assert seen(arena, 0, contract.TAIL) == pytest.approx(
+        (math.hypot(0.6, 0.4), -math.atan2(0.4, 0.6))
+    )
+
+
+def hidden_by(**arena_settings: object) -> bool:
+    """Tell whether a pack a metre ahead is out of sight."""
+    arena = new_arena(arena=arena_settings)
+    put(arena, [(0.0, 0.0, 0.0)], [(1.0, 0.0)])
+    return seen(arena, 0, contract.PACK) is None
+
+
+def test_walls_and_pillars_hide_what_is_behind_them() -> None:
+    """Only if they stand between, and not beside or behind the pack."""
+    assert not hidden_by()
+    assert hidden_by(inner_walls=((0.5, -0.2, 0.5, 0.2),))
+    assert not hidden_by(inner_walls=((0.5, 0.1, 0.5, 0.3),))
+    assert not hidden_by(inner_walls=((1.2, -0.2, 1.2, 0.2),))
+    assert not hidden_by(inner_walls=((-0.5, -0.2, -0.5, 0.2),))
+    assert hidden_by(pillars=((0.5, 0.05, 0.1),))
+    assert not hidden_by(pillars=((0.5, 0.15, 0.1),))
+    assert not hidden_by(pillars=((1.3, 0.0, 0.1),))
+    assert not hidden_by(pillars=((-0.5, 0.0, 0.3),))
+
+
+def test_bodies_hide_packs_and_one_another() -> None:
+    """A robot in between blocks the view of what is behind it, and itself is seen."""
+    arena = new_arena(3)
+    put(arena, [(0.0, 0.0, 0.0), (0.5, 0.05, 0.0), (1.0, 0.0, math.pi)], [(0.8, 0.0)])
+    assert seen(arena, 0, contract.PACK) is None
+    assert seen(arena, 0, contract.FACE) is None
+    assert seen(arena, 0, contract.TAIL) is not None
+    put(arena, [(0.0, 0.0, 0.0), (0.5, 0.2, 0.0), (1.0, 0.0, math.pi)], [(0.8, 0.0)])
+    assert seen(arena, 0, contract.PACK) is not None
+    assert seen(arena, 0, contract.FACE) is not None
+
+
+def test_without_occlusion_everything_in_range_is_seen() -> None:
+    """The setting switches it off."""
+    arena = new_arena(3, body={"occlusion": False})
+    put(arena, [(0.0, 0.0, 0.0), (0.5, 0.0, 0.0), (1.0, 0.0, math.pi)], [(0.8, 0.0)])
+    assert seen(arena, 0, contract.PACK) is not None
+    assert seen(arena, 0, contract.FACE) is not None
+
+
+def crosses_disc(to: FloatArray, centre: FloatArray, radius: float) -> bool:
+    """Sample the way from the origin: does it enter the disc?"""
+    way = np.linspace(0.0, 1.0, 4001)[:, None] * to
+    return bool((np.hypot(*(way - centre).T) < radius).any())
+
+
+@given(st.integers(0, 2**32))
+def test_occlusion_is_what_a_ray_walked_in_small_steps_says(seed: int) -> None:
+    """In random crowds, except where the ray just grazes a body."""
+    rng = np.random.default_rng(seed)
+    arena = new_arena(6)
+    poses = np.column_stack([rng.uniform(-0.8, 0.8, (6, 2)), rng.uniform(-3, 3, 6)])
+    pack = rng.uniform(-0.8, 0.8, 2)
+    others = poses[1:, :2] - poses[0, :2]
+    to = pack - poses[0, :2]
+    if (np.hypot(*others.T) < 0.11).any() or np.hypot(*to) > 1.5:
+        return
+    poses[0, 2] = math.atan2(to[1], to[0])
+    put(arena, poses, [pack])
+    strictly = any(crosses_disc(to, centre, 0.11 - 1e-3) for centre in others)
+    loosely = any(crosses_disc(to, centre, 0.11 + 1e-3) for centre in others)
+    if strictly == loosely:
+        assert (seen(arena, 0, contract.PACK) is None) == strictly
+
+
+def test_sound_fades_with_distance_and_is_louder_at_the_nearer_ear() -> None:
+    """Silence is 0, and so is what is out of earshot."""
+    arena = new_arena(2, body={"microphones": True})
+
+    def heard(x: float, y: float, loudness: float = 1.0) -> list[float]:
+        put(arena, [(0.0, 0.0, 0.0), (x, y, 0.0)])
+        arena.world.actions[1, contract.SPEAKER] = loudness
+        left, right = arena.observe()[0, contract.MICROPHONES : contract.MICROPHONES + 2]
+        return [float(left), float(right)]
+
+    assert heard(1.0, 0.0, 0.0) == [0.0, 0.0]
+    assert heard(1.6, 0.0) == [0.0, 0.0]
+    left, right = heard(0.0, 0.6)
+    assert left > right > 0.0
+    assert heard(0.0, -0.6) == pytest.approx([right, left])
+    ahead = heard(0.6, 0.0)
+    assert ahead[0] == ahead[1] > heard(1.2, 0.0)[0] > 0.0
+    assert heard(0.6, 0.0, 0.5)[0] == pytest.approx(0.5 * ahead[0])

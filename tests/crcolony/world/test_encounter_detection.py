@@ -1,0 +1,134 @@
+"""An encounter is two robots of a colony, beacons on, face to face, in range and in sight of each other."""
+
+import math
+
+import numpy as np
+import pytest
+
+from crcolony.body import contract
+from crcolony.world.arena import Arena
+from crcolony.world.encounter_detection import report_encounters
+from tests.support.small_arenas import new_arena, put
+
+FACING = [(0.0, 0.0, 0.0), (0.4, 0.0, math.pi)]
+
+
+def partners(arena: Arena, beacons: list[float] | None = None) -> list[int]:
+    """Return whom every robot encounters, with these beacons (all on by default)."""
+    arena.world.actions[:, contract.BEACON] = 1.0 if beacons is None else beacons
+    report_encounters(arena.world)
+    return [int(partner) for partner in arena.world.partners]
+
+
+def test_two_that_face_each_other_in_range_encounter_each_other() -> None:
+    """Both are told of the other, with the same fresh nonce of 48 bits, exact in an observation."""
+    arena = new_arena(2)
+    put(arena, FACING)
+    nonces = set()
+    for _ in range(200):
+        assert partners(arena) == [1, 0]
+        one, two = arena.observe()
+        assert (one[contract.ENCOUNTER], one[contract.ENCOUNTER_ROBOT]) == (1.0, 1.0)
+        assert (two[contract.ENCOUNTER], two[contract.ENCOUNTER_ROBOT]) == (1.0, 0.0)
+        assert one[contract.ENCOUNTER_NONCE] == two[contract.ENCOUNTER_NONCE]
+        assert 0 <= one[contract.ENCOUNTER_NONCE] < 2**48
+        assert one[contract.ENCOUNTER_NONCE] == int(one[contract.ENCOUNTER_NONCE])
+        nonces.add(one[contract.ENCOUNTER_NONCE])
+    assert len(nonces) == 200
+
+
+@pytest.mark.parametrize(
+    ("pose", "met"),
+    [
+        ((0.44, 0.0, math.pi), True),
+        ((0.46, 0.0, math.pi), False),
+        ((0.4, 0.0, math.pi - math.radians(29)), True),
+        ((0.4, 0.0, math.pi - math.radians(31)), False),
+        ((0.4 * math.cos(0.5), 0.4 * math.sin(0.5), math.pi + 0.5), True),
+        ((0.4 * math.cos(0.55), 0.4 * math.sin(0.55), math.pi + 0.55), False),
+        ((0.4, 0.0, 0.0), False),
+        ((-0.4, 0.0, 0.0), False),
+    ],
+)
+def test_range_and_both_facings_decide(pose: tuple[float, float, float], met: bool) -> None:
+    """45 cm, and each within 30 degrees of straight ahead for the other."""
+    arena = new_arena(2)
+    put(arena, [(0.0, 0.0, 0.0), pose])
+    assert partners(arena) == ([1, 0] if met else [-1, -1])
+
+
+@pytest.mark.parametrize("beacons", [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
+def test_without_both_beacons_there_is_none(beacons: list[float]) -> None:
+    """Whoever is not ready to mate is not met, and observes nobody."""
+    arena = new_arena(2)
+    put(arena, FACING)
+    assert partners(arena, beacons) == [-1, -1]
+    rows = arena.observe()
+    assert not rows[:, [contract.ENCOUNTER, contract.ENCOUNTER_NONCE]].any()
+    assert (rows[:, contract.ENCOUNTER_ROBOT] == -1.0).all()
+
+
+def test_robots_of_two_colonies_do_not_meet() -> None:
+    """Each sees the other and meets only its own kind, who may stand further away."""
+    arena = new_arena(3, body={"encounter_half_angle_rad": math.pi})
+    put(arena, [(0.0, 0.0, 0.0), (0.25, 0.0, math.pi), (0.0, 0.4, 0.0)])
+    arena.world.colonies[:] = [0, 1, 0]
+    assert partners(arena) == [2, -1, 0]
+    assert arena.observe()[0, contract.FACE] == 1.0
+    arena.world.colonies[:] = 1
+    assert partners(arena) == [1, 0, -1]
+
+
+def test_a_wall_or_a_body_in_between_prevents_it() -> None:
+    """Infrared needs a line of sight."""
+    arena = new_arena(2, arena={"inner_walls": ((0.2, -0.3, 0.2, 0.3),)})
+    put(arena, FACING)
+    assert partners(arena) == [-1, -1]
+    arena = new_arena(3, body={"radius_m": 0.05})
+    put(arena, [*FACING, (0.2, 0.02, 0.5 * math.pi)])
+    assert partners(arena, [1.0, 1.0, 0.0]) == [-1, -1, -1]
+    put(arena, [*FACING, (0.2, 0.2, 0.5 * math.pi)])
+    assert partners(arena, [1.0, 1.0, 0.0]) == [1, 0, -1]
+
+
+def test_everybody_meets_at_most_one_and_the_nearest_pair_comes_first() -> None:
+    """Of three around one, the nearest; those left over may meet each other."""
+    arena = new_arena(4, body={"encounter_half_angle_rad": math.pi})
+    put(arena, [(0.0, 0.0, 0.0), (0.4, 0.0, 0.0), (-0.3, 0.0, 0.0), (0.4, 0.35, 0.0)])
+    assert partners(arena) == [2, 3, 0, 1]
+    assert len(set(arena.world.nonces)) == 2
+
+
+def test_at_equal_distances_the_smaller_index_comes_first() -> None:
+    """So that two machines never disagree."""
+    arena = new_arena(3, body={"encounter_half_angle_rad": math.pi})
+    put(arena, [(0.0, 0.0, 0.0), (0.4, 0.0, 0.0), (-0.4, 0.0, 0.0)])
+    assert partners(arena) == [1, 0, -1]
+
+
+def test_a_crowd_is_matched_as_brute_force_matches_it() -> None:
+    """Sixty robots that see all around: pairs by distance, greedily, each robot once."""
+    arena = new_arena(60, width_m=4.0, body={"encounter_half_angle_rad": math.pi})
+    poses = arena.world.poses.copy()
+    put(arena, poses)
+    expected = [-1] * 60
+    offsets = poses[:, None, :2] - poses[None, :, :2]
+    distances = np.hypot(offsets[..., 0], offsets[..., 1])
+    pairs = sorted((distances[i, j], i, j) for i in range(60) for j in range(i + 1, 60))
+
+    def between(i: int, j: int) -> bool:
+        way = poses[j, :2] - poses[i, :2]
+        for k in set(range(60)) - {i, j}:
+            to = poses[k, :2] - poses[i, :2]
+            share = np.clip(to @ way / (way @ way), 0.0, 1.0)
+            if to @ way > 0.0 and np.hypot(*(to - share * way)) < 0.11:
+                return True
+        return False
+
+    for distance, i, j in pairs:
+        if distance > 0.45:
+            break
+        if expected[i] < 0 and expected[j] < 0 and not between(i, j):
+            expected[i], expected[j] = j, i
+    assert partners(arena) == expected
+    assert max(expected) > 0

@@ -1,0 +1,190 @@
+"""A tick: actions come into force, bodies obey for as long as they were told to, and everybody observes."""
+
+import math
+
+import numpy as np
+import pytest
+
+from crcolony.body import contract
+from crcolony.body.settings import Noise
+from crcolony.compiled import FloatArray
+from crcolony.world.arena import Arena
+from crcolony.world.tick import one_period
+from tests.support.small_arenas import new_arena, put
+
+
+def forward(speed_m_s: float = 0.3, ttl_s: float = 0.5) -> FloatArray:
+    action = np.zeros(contract.ACTION_WIDTH)
+    action[contract.WHEEL_LEFT] = action[contract.WHEEL_RIGHT] = speed_m_s
+    action[contract.TTL] = ttl_s
+    return action
+
+
+def ways_m(arena: Arena, ticks: int) -> list[float]:
+    """Return how far the first robot gets in each tick."""
+    ways = []
+    for _ in range(ticks):
+        before = arena.world.poses[0, :2].copy()
+        arena.advance()
+        ways.append(float(np.hypot(*(arena.world.poses[0, :2] - before))))
+    return ways
+
+
+def test_a_body_that_hears_nothing_stops_within_its_time_to_live() -> None:
+    """Half a second is three periods of 0.2 s; then wheels, beacon, jaw and lamp are off until it hears again."""
+    arena = new_arena()
+    put(arena, [(0.0, 0.0, 0.0)])
+    action = forward(ttl_s=0.5)
+    action[[contract.BEACON, contract.JAW, contract.LED]] = 1.0
+    arena.act(0, action)
+    assert ways_m(arena, 6) == pytest.approx([0.06, 0.06, 0.06, 0.0, 0.0, 0.0])
+    assert not arena.world.actions[0].any()
+    arena.act(0, action)
+    assert ways_m(arena, 1) == pytest.approx([0.06])
+
+
+def test_a_body_that_was_never_told_anything_stands() -> None:
+    """From the beginning."""
+    arena = new_arena()
+    put(arena, [(0.0, 0.0, 0.0)])
+    assert ways_m(arena, 3) == [0.0, 0.0, 0.0]
+
+
+def test_a_time_to_live_of_zero_is_no_action() -> None:
+    """It has run out before it began."""
+    arena = new_arena()
+    put(arena, [(0.0, 0.0, 0.0)])
+    arena.act(0, forward(ttl_s=0.0))
+    assert ways_m(arena, 2) == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("latency", [0, 1, 3])
+def test_an_action_takes_its_latency_to_arrive(latency: int) -> None:
+    """A change of mind too."""
+    arena = new_arena(body={"action_latency_steps": latency})
+    put(arena, [(-1.0, 0.0, 0.0)])
+    ways = []
+    for speed in (0.1, 0.2, 0.3, 0.0, 0.0, 0.0, 0.0):
+        arena.act(0, forward(speed))
+        ways += ways_m(arena, 1)
+    expected = [0.0] * latency + [0.02, 0.04, 0.06, 0.0, 0.0, 0.0, 0.0]
+    assert ways == pytest.approx(expected[:7])
+
+
+@pytest.mark.parametrize("latency", [0, 1, 3])
+def test_observations_are_as_old_as_their_latency(latency: int) -> None:
+    """A robot then sees where the pack was some periods ago; before there was anything to see it sees nothing."""
+    arena = new_arena(body={"observation_latency_steps": latency})
+    distances = []
+    for tick in range(6):
+        put(arena, [(0.0, 0.0, 0.0)], [(0.5 + 0.1 * tick, 0.0)])
+        distances.append(float(arena.observe()[0, contract.PACK + contract.DISTANCE]))
+    expected = [0.0] * latency + [0.5, 0.6, 0.7, 0.8, 0.9, 1.0]
+    assert distances == pytest.approx(expected[:6])
+
+
+def test_noise_has_the_deviation_that_was_set() -> None:
+    """On distance and bearing of what is seen; a thing that is not there gets none, and distances are not negative."""
+    arena = new_arena(body={"noise": Noise(distance_m=0.05, bearing_rad=0.02)})
+    put(arena, [(0.0, 0.0, 0.0)], [(0.8, 0.3)])
+    rows = np.array([arena.observe()[0].copy() for _ in range(4000)])
+    distance, bearing = (
+        rows[:, contract.PACK + contract.DISTANCE],
+        rows[:, contract.PACK + contract.BEARING],
+    )
+    assert distance.mean() == pytest.approx(math.hypot(0.8, 0.3), abs=0.004)
+    assert distance.std() == pytest.approx(0.05, rel=0.06)
+    assert bearing.mean() == pytest.approx(math.atan2(0.3, 0.8), abs=0.002)
+    assert bearing.std() == pytest.approx(0.02, rel=0.06)
+    assert abs(np.corrcoef(distance, bearing)[0, 1]) < 0.06
+    assert not rows[:, contract.FACE : contract.IR_RANGE].any()
+    put(arena, [(0.0, 0.0, 0.0)], [(0.01, 0.0)])
+    rows = np.array([arena.observe()[0].copy() for _ in range(200)])
+    assert rows[:, contract.PACK + contract.DISTANCE].min() == 0.0
+
+
+def test_inertial_senses_tell_turning_speed_and_acceleration() -> None:
+    """Gyro, forward and sideways acceleration, and the wheels as they turn."""
+    arena = new_arena(width_m=8.0, body={"inertial": True})
+    put(arena, [(0.0, 0.0, 0.3)])
+    arena.observe()
+    action = forward(0.2)
+    action[contract.WHEEL_RIGHT] = 0.28
+    readings = []
+    for _ in range(2):
+        arena.act(0, action)
+        arena.advance()
+        readings.append(arena.observe()[0].copy())
+    turn = 0.08 / 0.16
+    for row in readings:
+        assert row[contract.GYRO] == pytest.approx(turn)
+        assert row[contract.WHEELS : contract.WHEELS + 2].tolist() == [0.2, 0.28]
+        assert row[contract.ACCELERATION + 1] == pytest.approx(0.24 * turn, rel=0.01)
+    assert readings[0][contract.ACCELERATION] == pytest.approx(0.24 / 0.2, rel=0.01)
+    assert readings[1][contract.ACCELERATION] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_one_period_is_commands_then_advance_then_observe() -> None:
+    """Only those whose action is fresh are commanded; the others go on with what they were told before."""
+    one, other = new_arena(3, seed=3), new_arena(3, seed=3)
+    actions = np.array([forward(0.1), forward(0.2), forward(0.3)])
+    for fresh in ([True, True, False], [False, True, True], [False, False, False]):
+        for robot in np.flatnonzero(fresh):
+            one.act(int(robot), actions[robot])
+        one.advance()
+        expected = one.observe()
+        one_period(other.world, actions, np.array(fresh))
+        assert np.array_equal(other.world.observations[-1], expected)
+        assert np.array_equal(other.world.poses, one.world.poses)
+    assert other.world.wheels[:, 0].tolist() == [0.1, 0.2, 0.3]
+
+
+def test_the_reflex_world_turns_nobody_who_is_not_there() -> None:
+    """Out beyond the walls no number is drawn for an absent body."""
+    arena = new_arena(2, arena={"wall_turn_rad": 1.0})
+    arena.remove(1)
+    put(arena, [(0.0, 0.0, 0.0), arena.world.poses[1]])
+    before = arena.world.stream.copy()
+    arena.advance()
+    assert np.array_equal(arena.world.stream, before)
+    assert arena.world.poses[1, 2] == 0.0
+
+
+def test_senses_that_are_switched_off_read_nothing() -> None:
+    """Everything but the camera and what a robot knows of itself."""
+    arena = new_arena(2, body={"camera": False})
+    put(arena, [(0.0, 0.0, 0.0), (0.4, 0.0, math.pi)], [(0.3, 0.3)])
+    arena.act(0, forward())
+    arena.advance()
+    row = arena.observe()[0]
+    assert not row[: contract.JAW_HOLDS].any()
+    assert not row[contract.MICROPHONES : contract.MICROPHONES + 2].any()
+
+
+def test_a_wall_turns_who_touches_it_only_in_the_reflex_world() -> None:
+    """By a random angle up to the setting; in the default world it only stops."""
+    for turn_rad in (0.0, 1.0):
+        arena = new_arena(arena={"wall_turn_rad": turn_rad})
+        put(arena, [(1.8, 0.0, 0.0)])
+        headings = []
+        for _ in range(8):
+            arena.act(0, forward())
+            arena.advance()
+            headings.append(float(arena.world.poses[0, 2]))
+        turned = np.abs(np.diff([0.0, *headings]))
+        assert (turned <= turn_rad + 1e-12).all()
+        assert (turned.max() > 0.05) == (turn_rad > 0.0)
+
+
+@pytest.mark.parametrize("speed_m_s", [0.3, 0.8, 1.3])
+def test_nobody_jumps_over_a_wall_however_fast(speed_m_s: float) -> None:
+    """A tick has as many physics steps as its fastest robot needs."""
+    arena = new_arena(3, width_m=3.0, arena={"inner_walls": ((0.5, -1.0, 0.5, 1.0),)})
+    put(arena, [(0.0, 0.0, 0.0), (-1.0, 0.0, math.pi), (-1.0, 1.0, 0.5 * math.pi)])
+    for _ in range(40):
+        for robot in range(3):
+            arena.act(robot, forward(speed_m_s))
+        arena.advance()
+        assert arena.world.poses[0, 0] < 0.5
+        assert (np.abs(arena.world.poses[:, :2]) < 1.5).all()
+    assert arena.world.poses[0, 0] == pytest.approx(0.39, abs=0.015)

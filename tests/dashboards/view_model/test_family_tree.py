@@ -1,0 +1,268 @@
+"""Every gene goes back to the founder it came from, whatever was crossed over, mutated, late or lost."""
+
+import random
+import warnings
+from collections import Counter
+from collections.abc import Iterable
+
+import numpy as np
+import pytest
+from crcolony_dashboards.view_model import family_tree as family_module
+from crcolony_dashboards.view_model.family_tree import Family
+from hypothesis import given
+from hypothesis import strategies as st
+
+from crcolony.evolution.history import Born
+from crcolony.evolution.variation import CROSSOVERS
+from crcolony.protocol.identity import RobotId
+from tests.support.fake_telemetry import IDS, agent, born
+
+GENES = 12
+"""Of an agent here"""
+A, B, C = "a/0", "a/1", "b/0"
+
+
+def family(*births: Born, robot: int = 0) -> Family:
+    made = Family()
+    for birth in births:
+        made.born(IDS[robot], birth)
+    return made
+
+
+def origins(made: Family, name: str) -> list[str]:
+    """Return the founder of every gene of an agent, by name."""
+    member = made[name]
+    assert member is not None
+    return [made.founders[number] for number in member.origins]
+
+
+class Followed:
+    """A colony that evolves, of which every gene is followed: the oracle.
+
+    Founders' genes are far apart, and mutations small, so that it can be told where a gene comes from.
+    """
+
+    def __init__(self, seed: int, robots: int, agents: int, crossover: str) -> None:
+        self._rng = np.random.default_rng(seed)
+        self._crossover = CROSSOVERS[crossover]
+        self.births: list[tuple[RobotId, Born]] = []
+        self.origins: dict[str, list[str]] = {}
+        self._agents = agents
+        self._count = Counter[int]()
+        self._genes: dict[str, np.ndarray] = {}
+        self.living: dict[int, list[str]] = {robot: [] for robot in range(robots)}
+        for robot in range(robots):
+            for _ in range(agents):
+                name = self._name(robot)
+                genes = 100.0 * len(self._genes) + self._rng.random(GENES)
+                self._add(robot, 0, name, genes, [name] * GENES, {})
+        self._generation = 0
+
+    def _name(self, robot: int) -> str:
+        self._count[robot] += 1
+        return agent(robot, self._count[robot])
+
+    def _add(
+        self, robot: int, generation: int, name: str, genes: np.ndarray, of: list[str],
+        parents: dict[str, str],
+    ) -> None:  # fmt: skip
+        self._genes[name], self.origins[name] = genes, of
+        self.births.append((IDS[robot], born(name, generation, list(genes), **parents)))
+        self.living[robot].append(name)
+
+    def turn_over(self) -> None:
+        """Let every agent have a child with anybody of the colony, or alone."""
+        self._generation += 1
+        everybody = [name for names in self.living.values() for name in names]
+        before = {robot: list(names) for robot, names in self.living.items()}
+        for robot, mothers in before.items():
+            self.living[robot] = []
+            for mother in mothers:
+                self._bear(robot, mother, str(self._rng.choice(everybody)))
+
+    def _bear(self, robot: int, mother: str, father: str) -> None:
+        genes, of, parents = self._genes[mother], self.origins[mother], {"mother": mother}
+        if self._rng.random() < 0.8:
+            seed = int(self._rng.integers(2**32))
+            places = np.arange(GENES, dtype=float)
+            genes, _ = self._crossover(genes, self._genes[father], np.random.default_rng(seed))
+            chosen, _ = self._crossover(places, GENES + places, np.random.default_rng(seed))
+            both = self.origins[mother] + self.origins[father]
+            of, parents = [both[int(place)] for place in chosen], parents | {"father": father}
+        genes = genes + self._rng.normal(0.0, 0.1, GENES) * (self._rng.random(GENES) < 0.3)
+        self._add(robot, self._generation, self._name(robot), genes, of, parents)
+
+    def shares(self) -> dict[str, float]:
+        living = [name for names in self.living.values() for name in names]
+        counts = Counter(founder for name in living for founder in self.origins[name])
+        return {name: count / (GENES * len(living)) for name, count in counts.items()}
+
+
+@given(
+    st.integers(0, 2**32), st.integers(1, 4), st.integers(1, 5), st.integers(0, 6),
+    st.sampled_from(sorted(CROSSOVERS)),
+)  # fmt: skip
+def test_every_gene_goes_back_to_the_founder_it_came_from(
+    seed: int, robots: int, agents: int, generations: int, crossover: str
+) -> None:
+    """Through all crossovers and mutations, as an oracle knows that follows each of them; and so do the shares."""
+    colony, made = Followed(seed, robots, agents, crossover), Family()
+    for _ in range(generations):
+        colony.turn_over()
+    for robot, birth in colony.births:
+        made.born(robot, birth)
+    for name, of in colony.origins.items():
+        assert origins(made, name) == of
+        member = made[name]
+        assert member is not None
+        counts = Counter(of)
+        assert counts[made.founders[member.founder]] == max(counts.values())
+    shares = made.shares(IDS[:robots])
+    assert sum(shares.values()) == pytest.approx(1.0)
+    assert list(shares.values()) == sorted(shares.values(), reverse=True)
+    assert {made.founders[n]: share for n, share in shares.items()} == pytest.approx(
+        colony.shares()
+    )
+
+
+class TestFounders:
+    """Who has no known parents is a founder, or stands for one."""
+
+    def test_founders_are_numbered_as_they_are_heard_of(self) -> None:
+        """And a birth that is heard again is none."""
+        made = family(born(A), born(C), born(A), born(B))
+        assert made.founders == [A, C, B]
+        assert (made.changes, len(made)) == (3, 3)
+
+    def test_the_earliest_ancestor_that_was_heard_of_is_one(self) -> None:
+        """Of a child of unknown parents the mother; she is the founder of all her children."""
+        made = family(
+            born("x/5", 3, mother="x/1", father="x/2"), born("x/6", 3, mother="x/1"),
+            born("x/7", 3, father="x/2"),
+        )  # fmt: skip
+        assert made.founders == ["x/1", "x/2"]
+        assert origins(made, "x/6") == ["x/1"]
+        assert origins(made, "x/7") == ["x/2"]
+
+    def test_all_genes_are_those_of_the_only_parent_that_is_known(self) -> None:
+        """Whether a mutated copy of it, or of somebody besides of whom nobody has heard."""
+        made = family(
+            born(A, genes=[1.0, 2.0]),
+            born("a/5", 1, genes=[1.1, 7.0], mother=A),
+            born("a/6", 1, genes=[1.0, 9.0], mother="gone/1", father=A),
+        )
+        assert origins(made, "a/5") == origins(made, "a/6") == [A, A]
+
+    def test_parents_of_another_kind_are_no_parents(self) -> None:
+        """A child has as many genes as they have."""
+        made = family(born(A, genes=[1.0, 2.0]), born("a/5", 1, genes=[1.0, 2.0, 3.0], mother=A))
+        assert origins(made, "a/5") == [A, A, A]
+
+    def test_who_has_no_genes_has_no_share(self) -> None:
+        """And does no harm."""
+        made = family(born(A, genes=[]), born("a/5", 1, genes=[], mother=A, father=A))
+        assert made.shares(IDS) == {}
+
+
+class TestShares:
+    """How much of what lives goes back to whom."""
+
+    def test_the_newest_generation_of_every_robot_lives(self) -> None:
+        """Not its parents; and one that is told late changes nothing."""
+        made = family(born(A), born(B), born("a/5", 1, mother=B))
+        made.born(IDS[1], born(C))
+        made.born(IDS[0], born("a/2"))
+        assert made.shares(IDS) == {1: 0.5, 2: 0.5}
+
+    def test_who_is_not_there_does_not_count(self) -> None:
+        """Until it is there again."""
+        made = family(born(A))
+        made.born(IDS[1], born(C))
+        assert made.shares([IDS[1]]) == {1: 1.0}
+        assert made.shares([]) == {}
+        assert made.shares(IDS) == {0: 0.5, 1: 0.5}
+
+
+class TestPlaces:
+    """Agents of one robot and generation stand side by side."""
+
+    def test_every_agent_has_a_place_of_its_own(self) -> None:
+        """In its robot and generation, even if it is told of late."""
+        made = Family()
+        births = [born(agent(r, k), k // 3) for r in range(2) for k in range(9)]
+        random.Random(1).shuffle(births)
+        for birth in births:
+            made.born(bytes.fromhex(birth.agent[:32]), birth)
+        members = [made[birth.agent] for birth in births]
+        places = Counter((m.robot, m.generation, m.place) for m in members if m)
+        assert set(places) == {(IDS[r], g, k) for r in range(2) for g in range(3) for k in range(3)}
+        assert set(places.values()) == {1}
+
+
+def ancestors(colony: Followed, names: Iterable[str]) -> set[str]:
+    parents = {birth.agent: (birth.mother, birth.father) for _, birth in colony.births}
+    found, waiting = set[str](), list(names)
+    while waiting:
+        name = waiting.pop()
+        if name not in found:
+            found.add(name)
+            waiting += [parent for parent in parents[name] if parent is not None]
+    return found
+
+
+@given(st.integers(0, 2**32), st.integers(1, 80))
+def test_the_last_births_are_shown_with_their_ancestors(seed: int, most: int) -> None:
+    """At most so many; at least half are the last, the others only ancestors, and the oldest come first."""
+    colony, made = Followed(seed, 3, 4, "uniform"), Family()
+    for _ in range(4):
+        colony.turn_over()
+    for robot, birth in colony.births:
+        made.born(robot, birth)
+    shown = made.last_births(most)
+    names = [member.agent for member in shown]
+    newest = [birth.agent for _, birth in colony.births][-max(1, most // 2) :]
+    assert len(set(names)) == len(names) <= max(1, most)
+    assert set(newest) <= set(names) <= ancestors(colony, newest)
+    assert len(names) == min(max(1, most), len(ancestors(colony, newest)))
+    generations = [member.generation for member in shown]
+    assert generations == sorted(generations)
+
+
+class TestLimits:
+    """Anybody can tell of any births: they take a limited memory."""
+
+    def test_the_oldest_births_are_forgotten(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """In whatever robots and generations they were told; what is left adds up to 1."""
+        monkeypatch.setattr(family_module, "_MOST_BIRTHS", 50)
+        rng, made = random.Random(1), Family()
+        for number in range(2_000):
+            robot = IDS[rng.randrange(len(IDS))]
+            parents = {"mother": f"x/{rng.randrange(number + 1)}"} if number % 3 else {}
+            made.born(robot, born(f"x/{number}", rng.randrange(4), [float(number)], **parents))
+            assert len(made) <= 50
+            if number % 50 == 0:
+                assert sum(made.shares(IDS).values()) == pytest.approx(1.0)
+        assert made["x/0"] is None
+        assert made["x/1999"] is not None
+        assert sum(len(members) for _, members in made._living.values()) <= 50
+        assert len(made._places) <= 50
+
+    def test_founders_without_end_count_as_the_last(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """The first are told apart for good."""
+        monkeypatch.setattr(family_module, "_MOST_FOUNDERS", 3)
+        made = family(*(born(f"x/{number}", mother=f"y/{number}") for number in range(9)))
+        assert made.founders == ["y/0", "y/1", "y/2"]
+        assert origins(made, "x/0") == ["y/0"]
+        assert origins(made, "x/8") == ["y/2"]
+        assert made.shares(IDS) == pytest.approx({0: 1 / 9, 1: 1 / 9, 2: 7 / 9})
+
+    def test_genes_as_large_as_they_get_are_compared_quietly(self) -> None:
+        """And a child of nobody's likeness goes back to one of its parents."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            made = family(
+                born(A, genes=[1e9]),
+                born(B, genes=[-1e9]),
+                born("a/5", 1, [5.0], mother=A, father=B),
+            )
+        assert origins(made, "a/5") in ([A], [B])

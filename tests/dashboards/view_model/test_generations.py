@@ -1,0 +1,251 @@
+"""A generation is told once, when it is over, and what is told of it is so of all its agents, in whatever order."""
+
+import random
+
+import numpy as np
+import pytest
+from crcolony_dashboards.view_model import generations as generations_module
+from crcolony_dashboards.view_model.generations import (
+    PATIENCE_S,
+    Generation,
+    Generations,
+    Spread,
+    spread,
+)
+from hypothesis import given
+from hypothesis import strategies as st
+
+from crcolony.evolution.history import Born, Lived
+from crcolony.protocol.identity import RobotId
+from crcolony.protocol.telemetry_messages import Exchanged
+from tests.support.fake_telemetry import IDS, T, agent, born, lived, mated
+
+ME, PEER, LATE = 0, 1, 2
+
+
+def present(*generations: int) -> dict[RobotId, int]:
+    """Robots on the network, each in its generation."""
+    return dict(zip(IDS, generations, strict=False))
+
+
+def turn_over(made: Generations, robot: int, number: int, agents: int = 2) -> None:
+    """Let a robot tell of a whole generation, and bear the next."""
+    for k in range(agents):
+        made.lived(lived(agent(robot, 100 * number + k), number), T, T)
+    for k in range(agents):
+        made.born(IDS[robot], born(agent(robot, 100 * (number + 1) + k), number + 1))
+
+
+def numbers(ended: list[Generation]) -> list[int]:
+    return [generation.number for generation in ended]
+
+
+def only(ended: list[Generation]) -> Generation:
+    (generation,) = ended
+    return generation
+
+
+LIVES = st.lists(
+    st.tuples(
+        st.integers(0, 30), st.integers(0, 500), st.floats(0.0, 1.0), st.integers(0, 5),
+        st.floats(-1e6, 1e6),
+    ),
+    min_size=1,
+    max_size=40,
+)  # fmt: skip
+"""Matings, captures, mean energy, conceptions and a gene of every agent"""
+
+
+@given(LIVES, st.randoms(use_true_random=False))
+def test_mean_and_spread_are_those_of_all_agents(
+    lives: list[tuple[int, int, float, int, float]], rng: random.Random
+) -> None:
+    """As numpy says, in whatever order births, matings and lives are heard; a life that is heard twice is one."""
+    made = Generations()
+    events: list[Born | Exchanged | Lived] = []
+    for k, (matings, captures, energy, conceptions, gene) in enumerate(lives):
+        name = agent(k % 3, k)
+        life = lived(name, 4, matings=matings, captures=captures, energy=energy, tick=k)
+        sides = [mated(0, 1, j, agent=name, conceived=j < conceptions) for j in range(6)]
+        events += [born(name, 4, [gene]), life, life, *sides]
+    rng.shuffle(events)
+    for event in events:
+        if isinstance(event, Lived):
+            made.lived(event, T + event.tick, T + 1_000.0)
+        elif isinstance(event, Born):
+            made.born(IDS[ME], event)
+        else:
+            made.exchanged(event)
+    generation = only(made.over({}, T + 1_000.0 + PATIENCE_S))
+    for place, name in enumerate(("matings", "captures", "energy", "conceptions")):
+        values = np.array([float(life[place]) for life in lives])
+        low, high = np.quantile(values, [0.1, 0.9])
+        expected = (values.mean(), values.std(), low, high)
+        told: Spread = getattr(generation, name)
+        assert (told.mean, told.sd, told.low, told.high) == pytest.approx(expected, abs=1e-12)
+    assert (generation.number, generation.agents) == (4, len(lives))
+    assert (generation.tick, generation.unix_s) == (len(lives) - 1, T + len(lives) - 1)
+    assert sorted(generation.genotypes[:, 0]) == sorted(life[4] for life in lives)
+    best = int(generation.best.rpartition("/")[2])
+    assert lives[best][:3] == max(life[:3] for life in lives)
+    assert generation.best_genes is not None
+    assert generation.best_genes.tolist() == [lives[best][4]]
+
+
+def test_conceptions_are_counted_for_who_conceived() -> None:
+    """Of the two who mate each tells its own; a side that did not conceive counts nothing."""
+    made = Generations()
+    for k, (mine, theirs) in enumerate([(True, True), (True, False), (False, False)]):
+        made.exchanged(mated(ME, PEER, k, agent=agent(ME, 7), conceived=mine))
+        made.exchanged(mated(ME, PEER, k, agent=agent(PEER, 7), conceived=theirs))
+    made.lived(lived(agent(ME, 7)), T, T)
+    made.lived(lived(agent(PEER, 7)), T, T)
+    told = only(made.over({}, T + PATIENCE_S)).conceptions
+    assert (told.mean, told.low, told.high) == pytest.approx((1.5, 1.1, 1.9))
+
+
+def test_the_best_mates_most_and_of_equals_captures_most() -> None:
+    """Energy decides last."""
+    made = Generations()
+    for k, (matings, captures, energy) in enumerate([(2, 9, 0.1), (3, 1, 0.9), (3, 2, 0.1)]):
+        life = lived(agent(ME, k), matings=matings, captures=captures, energy=energy)
+        made.lived(life, T, T)
+    generation = only(made.over({}, T + PATIENCE_S))
+    assert (generation.best, generation.best_genes) == (agent(ME, 2), None)
+    assert generation.genotypes.shape == (0, 0)
+
+
+def test_a_spread_is_mean_deviation_and_the_outer_tenths() -> None:
+    """Of one agent all the same."""
+    assert spread(range(11)) == Spread(5.0, float(np.sqrt(10.0)), 1.0, 9.0)
+    assert spread([3]) == Spread(3.0, 0.0, 3.0, 3.0)
+
+
+def test_numbers_that_nobody_could_live_do_no_harm() -> None:
+    """They come to nothing, without a warning."""
+    assert np.isnan(spread([float("inf"), 1.0]).sd)
+    assert spread([2**63, -(2**63)]).mean == 0.0
+
+
+class TestEnd:
+    """When a generation is over."""
+
+    def test_it_is_over_when_all_have_left_it_and_told_of_it(self) -> None:
+        """Not before the last robot has turned over; then at once, and once."""
+        made = Generations()
+        turn_over(made, ME, 0)
+        assert made.over(present(1, 0), T + 0.1) == []
+        turn_over(made, PEER, 0)
+        generation = only(made.over(present(1, 1), T + 0.2))
+        assert (generation.number, generation.agents) == (0, 4)
+        assert made.over(present(1, 1), T + 1_000.0) == []
+
+    @pytest.mark.parametrize(
+        ("generations", "is_over"), [((1, 1, 0, 0), True), ((1, 0, 0, 0), False), ((), True)]
+    )
+    def test_a_few_late_robots_are_not_waited_for(
+        self, generations: tuple[int, ...], is_over: bool
+    ) -> None:
+        """Once half have left it and nothing was heard of it for a while; who is not there is not waited for."""
+        made = Generations()
+        turn_over(made, ME, 0)
+        turn_over(made, PEER, 0)
+        assert made.over(present(*generations), T + PATIENCE_S - 0.1) == []
+        assert numbers(made.over(present(*generations), T + PATIENCE_S)) == [0] * is_over
+
+    def test_who_tells_late_does_not_begin_it_anew(self) -> None:
+        """Nor any generation before it."""
+        made = Generations()
+        turn_over(made, ME, 0)
+        turn_over(made, ME, 1)
+        assert numbers(made.over(present(2), T)) == [0, 1]
+        turn_over(made, LATE, 0)
+        turn_over(made, LATE, 1)
+        assert made.over(present(2), T + 1_000.0) == []
+        assert made.last == 1
+
+    def test_generations_end_in_order(self) -> None:
+        """One of which late robots still tell ends with the next."""
+        made = Generations()
+        turn_over(made, ME, 3)
+        turn_over(made, ME, 4)
+        made.lived(lived(agent(LATE, 1), 3), T, T + 9.0)
+        ended = made.over(present(5, 3), T + PATIENCE_S)
+        assert numbers(ended) == [3, 4]
+        assert [generation.agents for generation in ended] == [3, 2]
+
+    def test_who_comes_late_hears_the_past_of_one_robot_after_the_other(self) -> None:
+        """A generation of long ago is not over because the first has told of it."""
+        made, told = Generations(), list[Generation]()
+        for robot in range(4):
+            for number in range(3):
+                turn_over(made, robot, number)
+                told += made.over(present(3, 3, 3, 3), T + robot)
+        assert numbers(told) == [0, 1, 2]
+        assert [generation.agents for generation in told] == [8, 8, 8]
+
+    def test_who_was_not_there_in_a_generation_is_waited_for_a_while_only(self) -> None:
+        """It has nothing to tell of it."""
+        made = Generations()
+        turn_over(made, ME, 3)
+        made.born(IDS[LATE], born(agent(LATE, 0), 4))
+        assert made.over(present(4, 4), T + 1.0) == []
+        assert numbers(made.over(present(4, 4), T + PATIENCE_S)) == [3]
+
+    def test_a_generation_that_lives_is_not_over(self) -> None:
+        """However long nothing is heard of it."""
+        made = Generations()
+        made.lived(lived(agent(ME, 1), 3), T, T)
+        assert made.over(present(3, 3), T + 1e6) == []
+
+
+class TestLimits:
+    """Anybody can tell of any generation: it takes a limited memory."""
+
+    def test_some_genotypes_stand_for_many(self) -> None:
+        """From the first to the last agents, evenly."""
+        made = Generations()
+        for k in range(1_000):
+            made.born(IDS[ME], born(agent(ME, k), 0, [float(k)]))
+            made.lived(lived(agent(ME, k)), T, T)
+        generation = only(made.over({}, T + PATIENCE_S))
+        genes = generation.genotypes[:, 0]
+        assert generation.agents == 1_000
+        assert 300 < len(genes) <= 400
+        assert set(np.diff(genes)) == {3.0}
+
+    def test_few_generations_are_under_way(self) -> None:
+        """The oldest of too many is forgotten, and what was conceived in it."""
+        made = Generations()
+        for number in range(40):
+            made.exchanged(mated(ME, PEER, agent=agent(ME, number), conceived=True))
+            made.lived(lived(agent(ME, number), number), T, T)
+        ended = made.over({}, T + PATIENCE_S)
+        assert numbers(ended) == list(range(24, 40))
+        assert len(made._conceptions) == 0
+
+    def test_agents_without_end_are_forgotten_or_ignored(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """The births and matings of long ago, and lives of a generation that has too many."""
+        monkeypatch.setattr(generations_module, "_MOST_AGENTS", 10)
+        made = Generations()
+        for k in range(30):
+            made.born(IDS[ME], born(agent(ME, k), 0, [float(k)]))
+            made.exchanged(mated(ME, PEER, k, agent=agent(ME, k), conceived=True))
+            made.lived(lived(agent(ME, k)), T, T)
+        assert made.genes_of(agent(ME, 19)) is None
+        genes = made.genes_of(agent(ME, 20))
+        assert genes is not None
+        assert genes.tolist() == [20.0]
+        generation = only(made.over({}, T + PATIENCE_S))
+        assert (generation.agents, generation.conceptions.mean) == (10, 0.0)
+
+    def test_genes_of_another_kind_are_not_mixed(self) -> None:
+        """The cloud is of agents with as many genes as the first."""
+        made = Generations()
+        for k, genes in enumerate(([1.0, 2.0], [3.0], [4.0, 5.0])):
+            made.born(IDS[ME], born(agent(ME, k), 0, genes))
+            made.lived(lived(agent(ME, k)), T, T)
+        generation = only(made.over({}, T + PATIENCE_S))
+        assert generation.genotypes.tolist() == [[1.0, 2.0], [4.0, 5.0]]

@@ -1,0 +1,87 @@
+"""What cannot be drawn or counted is not: whoever publishes nonsense throws nothing."""
+
+import contextlib
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from crcolony_dashboards.view_model.plausibility import is_sound_event, is_sound_scene
+
+from crcolony.evolution.history import Born, Lived
+from crcolony.protocol.codec import WireError, encode
+from crcolony.protocol.telemetry_messages import Scene, SeenPack, SeenRobot, decode_scene
+from tests.support.fake_telemetry import IDS, agent, born, lived
+from tests.vectors.make import TELEMETRY
+
+NAN, INF = float("nan"), float("inf")
+
+
+def scene(**changes: Any) -> Scene:
+    sound = TELEMETRY["scene"]
+    assert isinstance(sound, Scene)
+    return msgspec.structs.replace(sound, **changes)
+
+
+def robot(x_m: float = 0.0, y_m: float = 0.0, heading_rad: float = 0.0) -> SeenRobot:
+    return SeenRobot(IDS[0], "blue", x_m, y_m, heading_rad, False, 0.0, 0.0, 0.0, False)
+
+
+def pack(x_m: float, y_m: float) -> SeenPack:
+    return SeenPack(x_m, y_m, 0.0, 1.0, 0.0, 0.4)
+
+
+def test_what_an_arena_tells_is_sound() -> None:
+    """With robots and packs, or without."""
+    assert is_sound_scene(scene())
+    assert is_sound_scene(scene(robots=[], packs=[]))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        *({size: value} for size in ("width_m", "height_m") for value in (0.0, -1.0, INF, NAN)),
+        *({"period_s": value} for value in (-0.2, INF, NAN, 1e300)),
+        {"tick": 2**53 - 1, "period_s": 1e3},
+        *({"robots": [robot(), robot(*where)]} for where in [(NAN,), (0.0, INF), (0.0, 0.0, NAN)]),
+        *({"robots": [robot(-1e30)]}, {"robots": [robot(0.0, 0.0, 1e300)]}),
+        *({"packs": [pack(*where)]} for where in [(NAN, 0.0), (0.0, -INF), (1e9, 0.0)]),
+    ],
+)
+def test_an_arena_has_a_size_and_a_time_and_everything_in_it_a_place(
+    changes: dict[str, Any],
+) -> None:
+    """All of them numbers that a picture can show: others are no scene, or none that is drawn."""
+    with pytest.raises(WireError) if "tick" not in changes else contextlib.nullcontext():
+        assert not is_sound_scene(decode_scene(encode(scene(**changes))))
+
+
+def test_what_a_robot_tells_is_sound() -> None:
+    """Of a founder, of a child and of a life."""
+    assert is_sound_event(born(agent(0, 1), genes=[]))
+    assert is_sound_event(born(agent(0, 1), 7, [-3.0, 1e6], mother="a/0", father="a/1"))
+    assert is_sound_event(lived(agent(0, 1), 2**53 - 1))
+
+
+@pytest.mark.parametrize(
+    "event",
+    [
+        born("x" * 65),
+        born("x/1", mother="x" * 65),
+        born("x/1", father="x" * 65),
+        born("x/1", -1),
+        born("x/1", 2**64 - 1),
+        born("x/1", genes=[0.5, NAN]),
+        born("x/1", genes=[-INF]),
+        born("x/1", genes=[1e300]),
+        msgspec.structs.replace(born("x/1"), genes=np.zeros(2).tobytes()[:-1]),
+        lived("x" * 65),
+        lived("x/1", -1),
+        lived("x/1", 2**53),
+    ],
+)
+def test_agents_have_short_names_a_generation_and_genes_that_are_numbers(
+    event: Born | Lived,
+) -> None:
+    """Whoever tells of others tells nothing."""
+    assert not is_sound_event(event)

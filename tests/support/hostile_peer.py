@@ -1,0 +1,379 @@
+"""A hostile peer: a process that speaks raw bytes to a colony, one attack at a time, until it is killed.
+
+It has no key of any robot and no body, but it hears all that is said: it records letters and nonces, knows the robots'
+public keys and the protocol. It says `attacking` once it does.
+"""
+
+import argparse
+import itertools
+import random
+import time
+from collections import deque
+from collections.abc import Callable
+
+import numpy as np
+import zenoh
+from zenoh.handlers import Callback
+
+from crcolony.body.contract import OBSERVATION_WIDTH
+from crcolony.config import Config
+from crcolony.protocol.body_messages import Join, Observation, decode_observation, pack_row
+from crcolony.protocol.codec import LETTER_BYTES, WireError, encode
+from crcolony.protocol.envelope import Letter, open_letter, seal
+from crcolony.protocol.identity import Identity, robot_id
+from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
+from crcolony.protocol.mating_messages import Accept, Commit, Encounter, MatingMessage, Propose
+from crcolony.protocol.telemetry_messages import Ask, State
+from crcolony.robot.genes import agent_schema
+from crcolony.transport.zenoh_session import Network, open_session
+
+COLONY, ARENA = "colony", "arena"
+SCHEMA = agent_schema(Config().learning, Config().heredity)
+DIGEST = bytes.fromhex(SCHEMA.digest)
+BURSTS_PER_S = 100.0
+MADE_UP = 2_000
+UNFIT = (float("nan"), float("inf"), -float("inf"), 1e300, -1e-310, -1.0)
+
+
+class Hostile:
+    """What an attacker knows, and how it reaches a colony."""
+
+    def __init__(self, endpoint: str, robots: list[bytes], seed: int) -> None:
+        self.robots = robots
+        self.chance = random.Random(seed)
+        self.me = Identity(self.chance.randbytes(32))
+        self.overheard: deque[tuple[bytes, bytes, MatingMessage]] = deque(maxlen=2_000)
+        """Receiver, letter and message of what honest robots said"""
+        self.keys: dict[bytes, bytes] = {}
+        """Public keys of honest robots"""
+        self.nonces: dict[bytes, int] = {}
+        """Of the last contact of every robot"""
+        self.seen: dict[bytes, Observation] = {}
+        self.colony, self.arena = ColonyKeys(COLONY), ArenaKeys(ARENA)
+        self._publishers: dict[str, zenoh.Publisher] = {}
+        self.session = open_session(Network(connect=(endpoint,)))
+        self._subscribers = [
+            self.session.declare_subscriber(key, Callback(take(robot), indirect=False))
+            for robot in robots
+            for key, take in (
+                (self.colony.mail(robot), self._overhear),
+                (self.arena.observation(robot), self._spy),
+            )
+        ]
+
+    def _overhear(self, receiver: bytes) -> Callable[[zenoh.Sample], None]:
+        def take(sample: zenoh.Sample) -> None:
+            data = sample.payload.to_bytes()
+            try:
+                letter, message = open_letter(data)
+            except WireError:
+                return
+            sender = robot_id(letter.key)
+            if sender in self.robots:
+                self.keys[sender] = letter.key
+                self.overheard.append((receiver, data, message))
+
+        return take
+
+    def _spy(self, robot: bytes) -> Callable[[zenoh.Sample], None]:
+        def take(sample: zenoh.Sample) -> None:
+            try:
+                self.seen[robot] = seen = decode_observation(sample.payload.to_bytes())
+            except WireError:
+                return
+            if seen.contact is not None:
+                self.nonces[robot] = seen.contact.nonce
+
+        return take
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether it has heard enough of everybody."""
+        return len(self.keys) == len(self.nonces) == len(self.robots) and len(self.overheard) > 20
+
+    def put(self, key: str, data: bytes) -> None:
+        """Publish, to others than itself."""
+        if key not in self._publishers:
+            self._publishers[key] = self.session.declare_publisher(
+                key, allowed_destination=zenoh.Locality.REMOTE
+            )
+        self._publishers[key].put(data)
+
+    def post(self, letter: bytes, to: bytes | None = None) -> None:
+        """Send a letter to a robot, or to any."""
+        self.put(self.colony.mail(to or self.victim()), letter)
+
+    def ask(self, key: str, question: bytes) -> None:
+        """Ask, and do not listen."""
+        self.session.get(key, lambda _: None, payload=question, timeout=0.5)
+
+    def victim(self) -> bytes:
+        """Return any honest robot."""
+        return self.chance.choice(self.robots)
+
+    def peer_of(self, robot: bytes) -> bytes:
+        """Return another honest robot."""
+        return self.chance.choice([other for other in self.robots if other != robot])
+
+    def letter(self) -> tuple[bytes, bytes, MatingMessage]:
+        """Return any letter that was overheard, its receiver, and what it says."""
+        return self.chance.choice(tuple(self.overheard))
+
+    def genes(self) -> np.ndarray:
+        """Return genes that fit the schema."""
+        return SCHEMA.random(np.random.default_rng(self.chance.getrandbits(32)))
+
+    def proposal(self, by: bytes, to: bytes, genes: bytes) -> Propose:
+        """Return a proposal of this time that quotes the nonce of the receiver's last contact."""
+        encounter = Encounter(by, to, int(time.time()), self.chance.randrange(1, 2**20))
+        return Propose(encounter, self.nonces[to], DIGEST, "hostile/1", genes)
+
+
+# The attacks --------------------------------------------------------------------------------------------------------
+
+
+def oversized(peer: Hostile) -> Callable[[], None]:
+    """Letters, observations and questions of one byte too many, up to what Zenoh itself refuses."""
+    sizes = (LETTER_BYTES + 1, 200_000, 500_000, 2_000_000)
+    contents = [peer.chance.randbytes(size) for size in sizes]
+
+    def shoot() -> None:
+        robot, content = peer.victim(), peer.chance.choice(contents)
+        peer.post(content, robot)
+        peer.put(peer.arena.observation(robot), content)
+        peer.ask(peer.colony.past(robot), content)
+
+    return shoot
+
+
+def malformed(peer: Hostile) -> Callable[[], None]:
+    """Noise, and honest letters with bits flipped, cut short, or with something added."""
+
+    def shoot() -> None:
+        chance = peer.chance
+        _, letter, _ = peer.letter()
+        data = bytearray(letter)
+        kind = chance.randrange(4)
+        if kind == 0:
+            data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
+        elif kind == 1:
+            del data[chance.randrange(len(data)) :]
+        elif kind == 2:
+            data += chance.randbytes(chance.randrange(1, 50))
+        else:
+            data = bytearray(b"\x93" + chance.randbytes(chance.randrange(200)))
+        peer.post(bytes(data))
+
+    return shoot
+
+
+def unfit(peer: Hostile) -> Callable[[], None]:
+    """Genes that are no numbers, out of range, too many or too few, well signed by somebody who was never met."""
+
+    def shoot() -> None:
+        genes = peer.genes()
+        genes[peer.chance.randrange(genes.size)] = peer.chance.choice(UNFIT)
+        packed = genes.tobytes()[: peer.chance.choice((None, 8, -8))] * peer.chance.choice(
+            (1, 1, 3)
+        )
+        robot = peer.victim()
+        peer.post(seal(peer.proposal(peer.me.id, robot, packed), COLONY, peer.me), robot)
+
+    return shoot
+
+
+def impostor(peer: Hostile) -> Callable[[], None]:
+    """Letters in an honest robot's name: under a key of its own, and under the robot's with a signature that is not."""
+
+    def shoot() -> None:
+        robot = peer.victim()
+        other = peer.peer_of(robot)
+        letters: list[MatingMessage] = [peer.proposal(other, robot, peer.genes().tobytes())]
+        _, _, said = peer.overheard[-1]
+        if isinstance(said, Propose):  # answers before the one who is asked does
+            letters += [
+                Accept(said.encounter, said.nonce, DIGEST, "hostile/1", said.genes),
+                Commit(said.encounter),
+            ]
+        for message in letters:
+            encounter = message.encounter
+            is_answer = isinstance(message, Accept)
+            to = encounter.initiator if is_answer else encounter.responder
+            by = encounter.responder if is_answer else encounter.initiator
+            peer.post(seal(message, COLONY, peer.me), to)
+            signature = peer.chance.randbytes(64)
+            peer.post(encode(Letter(encode(message), peer.keys[by], signature)), to)
+
+    return shoot
+
+
+def replay(peer: Hostile) -> Callable[[], None]:
+    """What honest robots have said, again, to those it was said to and to others."""
+
+    def shoot() -> None:
+        receiver, letter, _ = peer.letter()
+        peer.post(letter, receiver)
+        peer.post(letter)
+
+    return shoot
+
+
+def stale(peer: Hostile) -> Callable[[], None]:
+    """Old proposals, whose nonces are of contacts long over, and new ones that quote nonces of contacts of others."""
+
+    def shoot() -> None:
+        proposals = [entry for entry in tuple(peer.overheard) if isinstance(entry[2], Propose)]
+        receiver, letter, _ = peer.chance.choice(proposals)
+        peer.post(letter, receiver)
+        robot = peer.victim()
+        genes = peer.genes().tobytes()
+        peer.post(seal(peer.proposal(peer.me.id, robot, genes), COLONY, peer.me), robot)
+
+    return shoot
+
+
+def flood(peer: Hostile) -> Callable[[], None]:
+    """Proposals of thousands of made-up robots, well signed, among replays."""
+    crowd = [Identity(peer.chance.randbytes(32)) for _ in range(MADE_UP)]
+    letters = []
+    for identity in crowd:
+        robot = peer.victim()
+        proposal = peer.proposal(identity.id, robot, peer.genes().tobytes())
+        letters.append((robot, seal(proposal, COLONY, identity)))
+    around = itertools.cycle(letters)
+
+    def shoot() -> None:
+        receiver, letter = next(around) if peer.chance.random() < 0.7 else peer.letter()[:2]
+        peer.post(letter, receiver)
+
+    return shoot
+
+
+def joins(peer: Hostile) -> Callable[[], None]:
+    """Made-up robots and noise that ask an arena for bodies."""
+
+    def shoot() -> None:
+        join = encode(Join(peer.chance.randbytes(16), COLONY, peer.chance.randrange(-1, 5)))
+        peer.ask(peer.arena.join, join)
+        peer.ask(peer.arena.join, peer.chance.randbytes(40))
+
+    return shoot
+
+
+def questions(peer: Hostile) -> Callable[[], None]:
+    """Observers that ask for all of the past, without end."""
+    lives: dict[bytes, int] = {}
+
+    def shoot() -> None:
+        robot = peer.victim()
+        _, _, message = peer.letter()
+        lives[message.encounter.initiator] = message.encounter.life
+        peer.ask(peer.colony.past(robot), encode(Ask(lives.get(robot, 0), 1)))
+        peer.ask(peer.colony.past(robot), peer.chance.randbytes(20))
+
+    return shoot
+
+
+def observations(peer: Hostile) -> Callable[[], None]:
+    """What no body senses: of another world, of a tick that was, no numbers, or noise."""
+
+    def shoot() -> None:
+        robot = peer.victim()
+        seen = peer.seen[robot]
+        row = np.array([peer.chance.uniform(-1e9, 1e9) for _ in range(OBSERVATION_WIDTH)])
+        other = peer.chance.randrange(2**62)
+        nothing = pack_row(np.full(OBSERVATION_WIDTH, np.nan))
+        forged = (
+            encode(Observation(other, seen.tick + 5, pack_row(row), None)),
+            encode(Observation(seen.world, max(0, seen.tick - 10), pack_row(row), None)),
+            encode(Observation(seen.world, seen.tick + 5, nothing, None)),
+            peer.chance.randbytes(200),
+        )
+        peer.put(peer.arena.observation(robot), peer.chance.choice(forged))
+
+    return shoot
+
+
+def future(peer: Hostile) -> Callable[[], None]:
+    """One observation of the right world, but of a tick that will never be."""
+    robot = peer.robots[0]
+    seen = peer.seen[robot]
+    peer.put(peer.arena.observation(robot), encode(Observation(seen.world, 2**52, seen.row, None)))
+    return lambda: None
+
+
+def telemetry(peer: Hostile) -> Callable[[], None]:
+    """States of robots that do not exist, lies about those that do, and noise, for whoever watches."""
+
+    def shoot() -> None:
+        robot = peer.chance.choice((peer.victim(), peer.chance.randbytes(16)))
+        lie = State(
+            robot, 0, ARENA, 2**32 - 1, 2**50, 0, 1, 2**50, "x", 0.5, 0, 2**50, 2**50, 0, 0, 0, 0,
+            0, 0, 0, 0, 0, 0.0,
+        )  # fmt: skip
+        peer.put(peer.colony.state(robot), encode(lie))
+        peer.put(peer.colony.state(peer.victim()), peer.chance.randbytes(100))
+
+    return shoot
+
+
+def tokens(peer: Hostile) -> Callable[[], None]:
+    """Claims to be on the network as each of the robots, in an older life, and in lives that are no numbers."""
+    live = peer.session.liveliness()
+    lives = ("1", "²", "9" * 5000)
+    claims = [
+        live.declare_token(peer.colony.alive(robot, 0, "hostile").replace("/0/", f"/{life}/"))
+        for robot in peer.robots
+        for life in lives
+    ]
+
+    def shoot() -> None:
+        assert claims
+
+    return shoot
+
+
+ATTACKS: dict[str, tuple[Callable[[Hostile], Callable[[], None]], float]] = {
+    "oversized": (oversized, 20.0),
+    "malformed": (malformed, 500.0),
+    "unfit": (unfit, 300.0),
+    "impostor": (impostor, 100.0),
+    "replay": (replay, 300.0),
+    "stale": (stale, 300.0),
+    "flood": (flood, 10_000.0),
+    "joins": (joins, 1_000.0),
+    "questions": (questions, 500.0),
+    "observations": (observations, 500.0),
+    "future": (future, 1.0),
+    "telemetry": (telemetry, 500.0),
+    "tokens": (tokens, 1.0),
+}
+"""Every attack, and how often a second it shoots"""
+
+
+def main() -> None:
+    """Attack until killed."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("attack", choices=ATTACKS)
+    parser.add_argument("--connect", required=True)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("robots", nargs="+", type=bytes.fromhex)
+    options = parser.parse_args()
+    peer = Hostile(options.connect, options.robots, options.seed)
+    while not peer.is_ready:
+        time.sleep(0.05)
+    attack, per_s = ATTACKS[options.attack]
+    shoot = attack(peer)
+    print("attacking", flush=True)
+    begun_s, shots = time.monotonic(), 0
+    while True:
+        due = int((time.monotonic() - begun_s) * per_s)
+        while shots < due:
+            shoot()
+            shots += 1
+        print(f"{shots} shots", flush=True)
+        time.sleep(1.0 / BURSTS_PER_S)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,69 @@
+"""The exact ledger of a colony, over the memories of all its robots: what must hold whatever has happened to them."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from crcolony.evolution.history import Born, TurnedOver
+from crcolony.protocol.mating_messages import pack_genes
+from crcolony.results.merge_histories import chronicle_of
+from crcolony.storage.reading import Memory, read_memory
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """What adds up."""
+
+    matings: int
+    conceptions: int
+    aborted: int
+    """Encounters that a responder was prepared for and that did not take place"""
+    turnovers: int
+
+
+def check_ledger(paths: Sequence[Path], *, is_calm: bool = True) -> Ledger:
+    """Check robots that have all come back and have been stopped.
+
+    Every mating has both sides, with the genotypes that were sent; none is open; and every conception is in the pool
+    or was there at a turnover. Robots that were not calm may have been stopped in the middle of a mating: then it is
+    open on both disks, or on one and done on the other, and goes on when they come back.
+    """
+    memories = [read_memory(path) for path in paths]
+    records = {
+        (memory.robot, record.encounter): record
+        for memory in memories
+        for record, _ in memory.matings
+    }
+    waiting = {key for key, record in records.items() if record.state in ("decided", "prepared")}
+    assert not (is_calm and waiting), "an encounter is open"
+    for side in chronicle_of(memories).one_sided:
+        assert (side.record.peer, side.record.encounter) in waiting, "a mating has one side only"
+    total: Counter[str] = Counter()
+    for memory in memories:
+        decided = [record for record, choice in memory.matings if choice is not None]
+        encounters = [record.encounter for record in decided]
+        assert len(set(encounters)) == len(encounters), "an encounter is decided twice"
+        for record, choice in memory.matings:
+            assert (record.state in ("mated", "decided")) == (choice is not None), record
+        for record in decided:
+            sent = records[record.peer, record.encounter].own
+            assert record.partner == sent, "what arrived is not what was sent"
+        total["decided"] += len(decided)
+        total["conceptions"] += _check_conceptions(memory)
+        total["aborted"] += len(memory.matings) - len(decided)
+        total["turnovers"] += sum(isinstance(event, TurnedOver) for event in memory.events)
+    return Ledger(total["decided"] // 2, total["conceptions"], total["aborted"], total["turnovers"])
+
+
+def _check_conceptions(memory: Memory) -> int:
+    """Check that a robot's offspring are those it conceived, no more and no less; return how many."""
+    children = [choice.child for _, choice in memory.matings if choice and choice.conceived]
+    pools = [event.offspring for event in memory.events if isinstance(event, TurnedOver)]
+    assert sum(pools) + len(memory.pool) == len(children), "a conception is lost, or made up"
+    conceived = Counter(children)
+    waiting = Counter(pack_genes(offspring.genes) for offspring in memory.pool)
+    assert waiting <= conceived, "in the pool is what nobody conceived"
+    of_two = [event for event in memory.events if isinstance(event, Born) and event.father]
+    assert all(event.genes in conceived for event in of_two), "born is what nobody conceived"
+    return len(children)

@@ -1,0 +1,91 @@
+"""A process that tells a test what a colony looks like from where it runs: a line of JSON for all that it hears.
+
+Times are of CLOCK_MONOTONIC, which all processes of a machine share, whatever network namespace they are in.
+"""
+
+import argparse
+import contextlib
+import time
+from queue import SimpleQueue
+
+import msgspec
+import zenoh
+from zenoh.handlers import Callback
+
+from crcolony.protocol import key_expressions
+from crcolony.protocol.codec import WireError
+from crcolony.protocol.key_expressions import ColonyKeys
+from crcolony.protocol.telemetry_messages import State, Told, decode_state, decode_told
+from crcolony.transport.zenoh_session import Network, open_session
+
+
+class Token(msgspec.Struct, tag=True):
+    """A robot, in one life and session, or an arena (its `robot` is empty) has come or gone."""
+
+    at_s: float
+    robot: str
+    life: int
+    session: str
+    there: bool
+
+
+class Stated(msgspec.Struct, tag=True):
+    """A robot's telemetry."""
+
+    at_s: float
+    state: State
+
+
+class Happened(msgspec.Struct, tag=True):
+    """An event of a robot."""
+
+    at_s: float
+    told: Told
+
+
+Line = Token | Stated | Happened
+
+
+def main() -> None:
+    """Print until killed."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--connect", action="append", default=[])
+    parser.add_argument("--interface", default="")
+    options = parser.parse_args()
+    heard: SimpleQueue[Line] = SimpleQueue()
+
+    def on_token(sample: zenoh.Sample) -> None:
+        there, key = sample.kind == zenoh.SampleKind.PUT, str(sample.key_expr)
+        robot, arena = key_expressions.robot_token(key), key_expressions.arena_token(key)
+        if robot is not None:
+            name = robot.robot.hex()
+            heard.put(Token(time.monotonic(), name, robot.life, robot.session, there))
+        elif arena is not None:
+            heard.put(Token(time.monotonic(), "", 0, arena.session, there))
+
+    def on_state(sample: zenoh.Sample) -> None:
+        with contextlib.suppress(WireError):
+            heard.put(Stated(time.monotonic(), decode_state(sample.payload.to_bytes())))
+
+    def on_event(sample: zenoh.Sample) -> None:
+        heard.put(Happened(time.monotonic(), decode_told(sample.payload.to_bytes())))
+
+    network = Network(connect=tuple(options.connect), interface=options.interface)
+    of = ColonyKeys("*")
+    with open_session(network) as session:
+        live = session.liveliness()
+        entities = [
+            live.declare_token(key_expressions.observer(str(session.zid()))),
+            session.declare_subscriber(of.all_states, Callback(on_state, indirect=False)),
+            session.declare_subscriber(of.all_events, Callback(on_event, indirect=False)),
+            *(
+                live.declare_subscriber(key, Callback(on_token, indirect=False), history=True)
+                for key in (of.all_alive, key_expressions.ALL_ARENAS_ALIVE)
+            ),
+        ]
+        while entities:
+            print(msgspec.json.encode(heard.get()).decode(), flush=True)
+
+
+if __name__ == "__main__":
+    main()

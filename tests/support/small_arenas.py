@@ -1,0 +1,40 @@
+"""Small worlds whose robots and packs stand where a test puts them."""
+
+from collections.abc import Mapping
+
+import msgspec
+import numpy as np
+from numpy.typing import ArrayLike
+
+from crcolony.body.settings import CyberRodent
+from crcolony.world.arena import Arena
+from crcolony.world.settings import Arena as ArenaSettings
+
+FAR = 50.0
+"""Packs that a test does not place stand out here."""
+
+
+def new_arena(
+    robots: int = 1,
+    *,
+    packs: int = 1,
+    width_m: float = 4.0,
+    seed: int = 1,
+    arena: Mapping[str, object] | None = None,
+    body: Mapping[str, object] | None = None,
+) -> Arena:
+    settings = msgspec.convert({"width_m": width_m, "packs": packs, **(arena or {})}, ArenaSettings)
+    return Arena(robots, settings, msgspec.convert(dict(body or {}), CyberRodent), seed)
+
+
+def put(
+    arena: Arena,
+    poses: ArrayLike,
+    packs: ArrayLike = (),
+) -> None:
+    """Place robots at x, y, heading (m, m, rad) and packs at x, y; other packs go far away."""
+    arena.world.poses[:] = poses
+    arena.world.packs[:] = FAR
+    placed = np.array(packs, dtype=float).reshape(-1, 2)
+    arena.world.packs[: len(placed)] = placed
+    arena._sort()

@@ -1,0 +1,73 @@
+"""Robots without a world, for tests: they are shown observations that somebody made up."""
+
+import msgspec
+import numpy as np
+
+from crcolony.body import contract
+from crcolony.body.settings import CyberRodent
+from crcolony.compiled import FloatArray
+from crcolony.evolution.population import Subpopulation
+from crcolony.evolution.time_sharing import RandomOrder
+from crcolony.evolution.variation import Variation
+from crcolony.robot.batch import habits_of, unborn_robots
+from crcolony.robot.genes import agent_schema
+from crcolony.robot.robot import Robot
+from crcolony.robot.settings import Heredity, Learning, Life
+from crcolony.robot.state import Habits, Robots
+
+
+class Settings(msgspec.Struct, frozen=True):
+    """All that decides a robot."""
+
+    learning: Learning = Learning(tilings=3, distance_tiles=4, bearing_tiles=5)
+    life: Life = Life(agents=3, slices=2, slice_steps=60, refractory_steps=4)
+    heredity: Heredity = Heredity()
+    rodent: CyberRodent = CyberRodent()
+
+
+DEFAULT = Settings()
+
+
+def new_robots(
+    count: int, settings: Settings = DEFAULT, seed: int = 1
+) -> tuple[Robots, Habits, list[Robot]]:
+    """Return a batch of robots that have not begun."""
+    schema = agent_schema(settings.learning, settings.heredity)
+    habits = habits_of(settings.learning, settings.life, settings.rodent)
+    batch = unborn_robots(count, habits, settings.life.agents, len(schema), seed)
+    robots = [
+        Robot(
+            batch,
+            row,
+            habits,
+            settings.life,
+            Subpopulation(str(row), schema, Variation("two_point", 0.1), batch.genotypes[row], 50),
+            RandomOrder(settings.life.slices),
+        )
+        for row in range(count)
+    ]
+    return batch, habits, robots
+
+
+def observation(rng: np.random.Generator) -> FloatArray:
+    """Return what a busy place might look like: packs, faces, now and then a charge or an encounter."""
+    row = np.zeros(contract.OBSERVATION_WIDTH)
+    for what in (contract.PACK, contract.FACE, contract.TAIL):
+        if rng.random() < 0.6:
+            row[what] = 1.0
+            row[what + contract.DISTANCE] = rng.uniform(0.0, 1.6)
+            row[what + contract.BEARING] = rng.uniform(-1.4, 1.4)
+    row[contract.ENCOUNTER_ROBOT] = -1.0
+    if rng.random() < 0.08:
+        row[contract.CHARGE] = 0.2
+    if rng.random() < 0.05:
+        row[contract.ENCOUNTER] = 1.0
+        row[contract.ENCOUNTER_ROBOT] = 3.0
+    return row
+
+
+def nothing() -> FloatArray:
+    """Return what a robot senses where nothing is."""
+    row = np.zeros(contract.OBSERVATION_WIDTH)
+    row[contract.ENCOUNTER_ROBOT] = -1.0
+    return row

@@ -1,0 +1,72 @@
+"""A witness of a colony: what it published, and when it came, to compare a picture of it with the truth."""
+
+import math
+import time
+from bisect import bisect_left, bisect_right
+
+import zenoh
+from zenoh.handlers import Callback
+
+from crcolony.protocol import key_expressions
+from crcolony.protocol.key_expressions import ColonyKeys
+from crcolony.protocol.telemetry_messages import (
+    Exchanged,
+    Scene,
+    SeenRobot,
+    State,
+    decode_scene,
+    decode_state,
+    decode_told,
+)
+
+BODY_M, PACK_M = 0.11, 0.04
+"""How large robots and packs are drawn"""
+
+
+class Witness:
+    """Keeps scenes, states and matings with the wall time (s) at which they came here."""
+
+    def __init__(self, session: zenoh.Session) -> None:
+        self.scenes: list[tuple[float, Scene]] = []
+        self.states: list[tuple[float, State]] = []
+        self.matings: list[tuple[float, Exchanged]] = []
+        of = ColonyKeys("*")
+        self._entities = [
+            session.declare_subscriber(key, Callback(listen, indirect=False))
+            for key, listen in (
+                (key_expressions.ALL_SCENES, self._on_scene),
+                (of.all_states, self._on_state),
+                (of.all_events, self._on_event),
+            )
+        ]
+
+    def _on_scene(self, sample: zenoh.Sample) -> None:
+        self.scenes.append((time.time(), decode_scene(sample.payload.to_bytes())))
+
+    def _on_state(self, sample: zenoh.Sample) -> None:
+        self.states.append((time.time(), decode_state(sample.payload.to_bytes())))
+
+    def _on_event(self, sample: zenoh.Sample) -> None:
+        told = decode_told(sample.payload.to_bytes())
+        if isinstance(told.event, Exchanged):
+            self.matings.append((time.time(), told.event))
+
+    def scenes_within(self, from_s: float, to_s: float) -> list[Scene]:
+        """Return the scenes that came between two times."""
+        times = [at_s for at_s, _ in self.scenes]
+        return [s for _, s in self.scenes[bisect_left(times, from_s) : bisect_right(times, to_s)]]
+
+    def energies(self, robot: bytes, from_s: float, to_s: float) -> list[float]:
+        """Return what energies a robot told between two times."""
+        return [
+            state.energy
+            for at_s, state in self.states
+            if state.robot == robot and from_s <= at_s <= to_s
+        ]
+
+
+def room_m(scene: Scene, robot: SeenRobot) -> float:
+    """Return how far the edge of the next robot or pack is from the middle of a robot."""
+    others = [(o.x_m, o.y_m, BODY_M) for o in scene.robots if o.robot != robot.robot]
+    others += [(pack.x_m, pack.y_m, PACK_M) for pack in scene.packs]
+    return min(math.hypot(x - robot.x_m, y - robot.y_m) - radius for x, y, radius in others)

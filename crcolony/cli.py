@@ -28,7 +28,7 @@ from crcolony.errors import (
     EXIT_UNREAD,
     EXIT_WRONG_INPUT,
     Broken,
-    Refusal,
+    CrcolonyError,
 )
 
 
@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     try:
         code: int = options.command(options)
-    except (ImportError, Refusal) as error:
+    except (ImportError, CrcolonyError) as error:
         print(f"crcolony: {error}", file=sys.stderr)
         return EXIT_WRONG_INPUT
     except Broken as error:

@@ -10,13 +10,13 @@ import tomli_w
 from msgspec import Meta
 
 from crcolony.body.settings import WHEEL_LIMIT_M_S, CyberRodent
-from crcolony.errors import Refusal
+from crcolony.errors import CrcolonyError
 from crcolony.robot.settings import Heredity, Learning, Life
 from crcolony.world.arena_size import check_fit
-from crcolony.world.settings import Arena
+from crcolony.world.settings import ArenaSettings
 
 
-class ConfigError(Refusal):
+class ConfigError(CrcolonyError):
     """A setting is wrong: the message names file, key and reason."""
 
 
@@ -29,7 +29,7 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     seed: Annotated[int, Meta(ge=0, le=2**62)] = 1
     selection: Literal["implicit", "central"] = "implicit"
     """`central` is the baseline: one population, roulette on the number of matings."""
-    arena: Arena = msgspec.field(default_factory=Arena)
+    arena: ArenaSettings = msgspec.field(default_factory=ArenaSettings)
     body: CyberRodent = msgspec.field(default_factory=CyberRodent)
     learning: Learning = msgspec.field(default_factory=Learning)
     life: Life = msgspec.field(default_factory=Life)

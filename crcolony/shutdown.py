@@ -6,7 +6,7 @@ from collections.abc import Callable
 from types import FrameType
 
 
-class Stop:
+class ShutdownSignal:
     """Tells whether to stop. `wake` is called at once when a signal comes; a second Ctrl-C interrupts hard."""
 
     def __init__(

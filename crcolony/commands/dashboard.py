@@ -48,10 +48,10 @@ def _dashboard(options: argparse.Namespace) -> int:
     check_minutes(options.minutes)
     if options.no_recording and options.out is not None:
         raise UsageError("--no-recording does not go with --out")
-    from crcolony_dashboards.live import Watching, run_dashboard
+    from crcolony_dashboards.live import DashboardOptions, run_dashboard
 
     run_dashboard(
-        Watching(
+        DashboardOptions(
             network=network_of(options),
             colony=options.colony,
             port=options.port or _usual_or_free(LIVE_PORT),

@@ -8,7 +8,7 @@ from crcolony.errors import EXIT_OK
 
 def add_inspect(parser: argparse.ArgumentParser) -> None:
     """Add the options of `crcolony inspect`."""
-    parser.add_argument("file", type=Path, metavar="FILE", help="a robot's memory.sqlite")
+    parser.add_argument("file", type=Path, metavar="FILE", help="a robot's robot.sqlite")
     parser.add_argument(
         "--csv",
         choices=("matings", "births", "lives", "pool"),

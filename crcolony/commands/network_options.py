@@ -11,7 +11,7 @@ from crcolony.commands.options import (
 
 if TYPE_CHECKING:
     from crcolony.config import Config
-    from crcolony.transport.zenoh_session import Network
+    from crcolony.transport.zenoh_session import NetworkSettings
 
 _NAME = "letters, digits, . _ and -, at most 64"
 
@@ -40,9 +40,9 @@ def add_network(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def network_of(options: argparse.Namespace, listens_here: bool = False) -> "Network":
+def network_of(options: argparse.Namespace, listens_here: bool = False) -> "NetworkSettings":
     """Return how a process comes onto the network; without options, processes of one machine find each other."""
-    from crcolony.transport.zenoh_session import HERE, Network
+    from crcolony.transport.zenoh_session import HERE, NetworkSettings
 
     if options.client and (options.listen or options.interface):
         raise UsageError("--client goes with --connect alone")
@@ -52,7 +52,7 @@ def network_of(options: argparse.Namespace, listens_here: bool = False) -> "Netw
         listen = [HERE]
     elif is_bare or (options.client and not connect):
         connect = [HERE]
-    return Network(
+    return NetworkSettings(
         role="client" if options.client else "peer",
         connect=tuple(connect),
         listen=tuple(listen),

@@ -3,12 +3,12 @@
 import argparse
 from pathlib import Path
 
-from crcolony.errors import Refusal
+from crcolony.errors import CrcolonyError
 
 MOST_MINUTES = 366 * 24 * 60
 
 
-class UsageError(Refusal):
+class UsageError(CrcolonyError):
     """Options that do not go together."""
 
 

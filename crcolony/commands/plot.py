@@ -39,12 +39,12 @@ def _plot(options: argparse.Namespace) -> int:
         )
     if options.out is None and len(options.folders) > 1:
         raise UsageError("several folders: say with --out where their figures go")
-    from crcolony.results.plots import draw_arms
-    from crcolony.results.plots.conditions import read_arms
+    from crcolony.results.plots import draw_conditions
+    from crcolony.results.plots.conditions import read_conditions
 
-    arms = read_arms(options.folders)
+    arms = read_conditions(options.folders)
     for arm in arms:
-        print(arm.in_words())
-    for path in draw_arms(arms, options.out or options.folders[0] / "plots", formats):
+        print(arm.describe())
+    for path in draw_conditions(arms, options.out or options.folders[0] / "plots", formats):
         print(path)
     return EXIT_OK

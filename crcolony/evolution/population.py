@@ -23,7 +23,7 @@ class Offspring:
 
 
 @dataclass(frozen=True, eq=False)
-class Child:
+class Newborn:
     """Genes about to be born, and of whom."""
 
     genes: FloatArray
@@ -57,9 +57,9 @@ class Subpopulation:
         self.born = 0
         self._pool_limit = pool_limit
 
-    def first_children(self, rng: np.random.Generator) -> list[Child]:
+    def first_children(self, rng: np.random.Generator) -> list[Newborn]:
         """Return random children, without parents, for the first generation."""
-        return [Child(self.schema.random(rng), None, None) for _ in self.ids]
+        return [Newborn(self.schema.random(rng), None, None) for _ in self.ids]
 
     def conceive(
         self,
@@ -86,20 +86,20 @@ class Subpopulation:
             if place < self._pool_limit:
                 self.pool[place] = offspring
 
-    def draw_children(self, rng: np.random.Generator) -> list[Child]:
+    def draw_children(self, rng: np.random.Generator) -> list[Newborn]:
         """Return the next generation: as many draws with replacement from the pool as there are agents.
 
         Few offspring are drawn more often; if there is none, it is a mutated copy of the present generation.
         """
         if self.pool:
             drawn = [self.pool[k] for k in rng.integers(len(self.pool), size=len(self.ids))]
-            return [Child(child.genes, child.mother, child.father) for child in drawn]
+            return [Newborn(child.genes, child.mother, child.father) for child in drawn]
         return [
-            Child(self.variation.mutant(genes, self.schema, rng), mother, None)
+            Newborn(self.variation.mutant(genes, self.schema, rng), mother, None)
             for genes, mother in zip(self.genotypes, self.ids, strict=True)
         ]
 
-    def bear(self, children: Sequence[Child], generation: int, step: int) -> list[Birth]:
+    def bear(self, children: Sequence[Newborn], generation: int, step: int) -> list[Birth]:
         """Replace all agents by these children, name them, and empty the pool; return their births."""
         births = []
         for place, child in enumerate(children):

@@ -17,8 +17,8 @@ import msgspec
 from crcolony.config import Config
 from crcolony.experiments.statistics import report
 from crcolony.experiments.sweep import Outcome, _run_all
-from crcolony.shutdown import Stop
-from crcolony.storage.files import ResultsError
+from crcolony.shutdown import ShutdownSignal
+from crcolony.storage.files import FolderError
 
 
 def arms_of(config: Config, compare: bool) -> dict[str, Config]:
@@ -40,14 +40,14 @@ def run_survival(config: Config, seeds: int, out: Path, compare: bool, goes_on: 
     if importlib.util.find_spec("scipy") is None:
         raise ImportError("statistics need scipy: pip install 'crcolony[experiments]'")
     if not goes_on and out.exists() and any(out.iterdir()):
-        raise ResultsError(f"{out}: not empty; choose another --out or use --resume")
+        raise FolderError(f"{out}: not empty; choose another --out or use --resume")
     jobs = [
         (name, msgspec.structs.replace(arm, seed=config.seed + k))
         for k in range(seeds)
         for name, arm in arms_of(config, compare).items()
     ]
     outcomes: list[Outcome] = []
-    stop = Stop(None)
+    stop = ShutdownSignal(None)
     with ProcessPoolExecutor(os.cpu_count()) as executor:
         for outcome in _run_all(executor, jobs, out, stop):
             outcomes.append(outcome)

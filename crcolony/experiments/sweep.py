@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from crcolony.config import Config, ConfigError, load
-from crcolony.in_process.run import begin, evolve, resume
+from crcolony.in_process.run import resume_run, run_until_done, start_run
 from crcolony.results.generation_table import read_table
-from crcolony.shutdown import Stop
-from crcolony.storage.files import ResultsError
+from crcolony.shutdown import ShutdownSignal
+from crcolony.storage.files import FolderError
 
 LAST = 10
 """A run's end is the mean of so many last generations."""
@@ -40,22 +40,24 @@ def run_once(arm: str, config: Config, folder: Path) -> Outcome | None:
 
     Stops after Ctrl-C, or when the process that started it is gone, and returns None then; what it did is kept.
     """
-    stop, parent = Stop(None), os.getppid()
+    stop, parent = ShutdownSignal(None), os.getppid()
     if (folder / "config.toml").exists():
         if load(folder / "config.toml") != config:
             raise ConfigError(f"{folder / 'config.toml'}: another config than this comparison has")
-        results, colony = resume(folder)
+        results, colony = resume_run(folder)
     else:
-        results, colony = begin(folder, config)
+        results, colony = start_run(folder, config)
     try:
-        is_over = evolve(results, colony, lambda: stop() or os.getppid() != parent, lambda _: None)
+        is_over = run_until_done(
+            results, colony, lambda: stop() or os.getppid() != parent, lambda _: None
+        )
     finally:
         results.close()
     return read_outcome(arm, folder) if is_over else None
 
 
 def read_outcome(arm: str, folder: Path) -> Outcome:
-    """Read a finished run's numbers from its folder; raises ResultsError if that is not possible."""
+    """Read a finished run's numbers from its folder; raises FolderError if that is not possible."""
     try:
         run = json.loads((folder / "run.json").read_text("utf-8"))
         rows = read_table(folder / "generations.csv")
@@ -76,7 +78,7 @@ def read_outcome(arm: str, folder: Path) -> Outcome:
             history_hash=run["history_hash"],
         )
     except (OSError, IndexError, KeyError, TypeError, ValueError) as error:
-        raise ResultsError(f"{folder}: not the results of a whole run: {error}") from None
+        raise FolderError(f"{folder}: not the results of a whole run: {error}") from None
 
 
 def _run_all(

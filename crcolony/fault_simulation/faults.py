@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 
 from crcolony.evolution.genotype import Schema
-from crcolony.protocol.envelope import open_letter, seal
+from crcolony.protocol.envelope import open_envelope, sign_message
 from crcolony.protocol.identity import Identity, RobotId
 from crcolony.protocol.mating_messages import (
     BY_INITIATOR,
@@ -110,8 +110,8 @@ class Forger:
             place = self._rng.randrange(len(letter))
             changed = letter[place] ^ self._rng.randrange(1, 256)
             return letter[:place] + bytes([changed]) + letter[place + 1 :]
-        _, message = open_letter(letter)
-        return seal(self._twisted(message), "elsewhere", self._robots[sender_of(message)])
+        _, message = open_envelope(letter)
+        return sign_message(self._twisted(message), "elsewhere", self._robots[sender_of(message)])
 
     def _twisted(self, message: MatingMessage) -> MatingMessage:
         """Return what would do harm in place of a message."""

@@ -8,37 +8,39 @@ import numpy as np
 
 from crcolony.body.contract import OBSERVATION_WIDTH
 from crcolony.evolution.history import Born, Mated
-from crcolony.fault_simulation.invariants import Witness, in_words, short
+from crcolony.fault_simulation.invariants import InvariantChecker, in_words, short
 from crcolony.fault_simulation.simulated_robot import COLONY, SimulatedRobot
 from crcolony.protocol.codec import WireError
-from crcolony.protocol.encounters import Record
-from crcolony.protocol.envelope import is_genuine, open_letter
+from crcolony.protocol.encounters import EncounterRecord
+from crcolony.protocol.envelope import has_valid_signature, open_envelope
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.mating_messages import Accept, Propose
-from crcolony.results.merge_histories import Chronicle, chronicle_of
-from crcolony.storage.reading import Memory, read_memory
+from crcolony.results.merged_history import MergedHistory, merge_robots
+from crcolony.storage.reading import StoredRobot, read_stored_robot
 from crcolony.storage.rows import Decision
 
 _STEPS = 10
 
 
-def close_books(robots: Sequence[SimulatedRobot], witness: Witness, mutates: bool) -> Chronicle:
+def audit_colony(
+    robots: Sequence[SimulatedRobot], witness: InvariantChecker, mutates: bool
+) -> MergedHistory:
     """Save and end all robots, check their memories against each other and the witness, and put them together."""
     for robot in robots:
         _end(robot, witness)
-    memories = [read_memory(robot.around.folder / str(robot.number)) for robot in robots]
+    memories = [read_stored_robot(robot.context.folder / str(robot.number)) for robot in robots]
     _check_matings(memories, witness, mutates)
-    chronicle = chronicle_of(memories)
+    chronicle = merge_robots(memories)
     _check_sums(chronicle, memories, witness)
     return chronicle
 
 
-def _end(robot: SimulatedRobot, witness: Witness) -> None:
+def _end(robot: SimulatedRobot, witness: InvariantChecker) -> None:
     """Nothing may be open; and who comes back from the disk is who was saved, and goes on like it."""
-    if robot.living is None:
+    if robot.robot is None:
         witness.complain(f"{short(robot.id)}: is not alive")
         return
-    node = robot.living.node
+    node = robot.robot.node
     for record in node.waiting:
         witness.complain(f"{in_words(node.id, record.encounter)}: still {record.state} at the end")
     witness.demand(node.next_s == math.inf, f"{short(node.id)}: still waits for something")
@@ -46,24 +48,24 @@ def _end(robot: SimulatedRobot, witness: Witness) -> None:
     witness.demand(node.save(), f"{short(node.id)}: not saved")
     robot.crash()
     again = robot.new_node(_Silence())
-    again.begin(robot.around.schedule.now_s)
+    again.start(robot.context.schedule.now_s)
     name = short(node.id)
     witness.demand(_equal(node.robot.save(), again.robot.save()), f"{name}: another after restart")
     numbers = np.random.default_rng(node.number).random((_STEPS, OBSERVATION_WIDTH))
     lives = [[other.robot.step(row).copy() for row in numbers] for other in (node, again)]
     witness.demand(_equal(*lives), f"{name}: goes on differently after a restart")
-    witness.demand(again.life > node.life, f"{name}: lives {node.life} twice")
+    witness.demand(again.incarnation > node.incarnation, f"{name}: lives {node.incarnation} twice")
     robot.crash()
 
 
 class _Silence:
     """A network that nobody is on."""
 
-    def send(self, *_: Any) -> None: ...
-    def join(self, *_: Any) -> None: ...
-    def act(self, *_: Any) -> None: ...
-    def tell(self, *_: Any) -> None: ...
-    def search(self, *_: Any) -> None: ...
+    def send_envelope(self, *_: Any) -> None: ...
+    def request_body(self, *_: Any) -> None: ...
+    def publish_action(self, *_: Any) -> None: ...
+    def publish_telemetry(self, *_: Any) -> None: ...
+    def subscribe_scene(self, *_: Any) -> None: ...
 
 
 def _equal(one: Any, other: Any) -> bool:
@@ -76,7 +78,9 @@ def _equal(one: Any, other: Any) -> bool:
     return bool(one == other)
 
 
-def _check_matings(memories: Sequence[Memory], witness: Witness, mutates: bool) -> None:
+def _check_matings(
+    memories: Sequence[StoredRobot], witness: InvariantChecker, mutates: bool
+) -> None:
     """Every mating has two sides, and each has of the other what that one gave, signed."""
     sides = {
         m.robot: {record.encounter: (record, made) for record, made in m.matings} for m in memories
@@ -111,20 +115,26 @@ def _check_matings(memories: Sequence[Memory], witness: Witness, mutates: bool) 
                 _check_child(name, record, decision, witness)
 
 
-def _check_side(name: str, robot: RobotId, mine: Record, theirs: Record, witness: Witness) -> None:
+def _check_side(
+    name: str,
+    robot: RobotId,
+    mine: EncounterRecord,
+    theirs: EncounterRecord,
+    witness: InvariantChecker,
+) -> None:
     witness.demand(mine.partner == theirs.own, f"{name}: has genes its partner did not give")
     witness.demand(mine.nonce == theirs.nonce, f"{name}: the two met at different contacts")
     witness.demand(
         (robot, mine.peer, mine.nonce) in witness.contacts, f"{name}: there was no such contact"
     )
     try:
-        letter, message = open_letter(mine.proof)
+        letter, message = open_envelope(mine.proof)
     except WireError as error:
         witness.complain(f"{name}: the proof is no letter: {error}")
         return
     assert mine.partner is not None
     is_proof = (
-        is_genuine(letter, COLONY)
+        has_valid_signature(letter, COLONY)
         and isinstance(message, Propose | Accept)
         and message.encounter == mine.encounter
         and message.nonce == mine.nonce
@@ -133,7 +143,9 @@ def _check_side(name: str, robot: RobotId, mine: Record, theirs: Record, witness
     witness.demand(is_proof, f"{name}: the proof proves nothing")
 
 
-def _check_child(name: str, record: Record, decision: Decision, witness: Witness) -> None:
+def _check_child(
+    name: str, record: EncounterRecord, decision: Decision, witness: InvariantChecker
+) -> None:
     """Without mutation every gene is the mother's or the father's."""
     assert record.partner is not None
     child, mother, father = (
@@ -144,7 +156,9 @@ def _check_child(name: str, record: Record, decision: Decision, witness: Witness
     witness.demand(is_theirs, f"{name}: the child is not of these parents")
 
 
-def _check_sums(chronicle: Chronicle, memories: Sequence[Memory], witness: Witness) -> None:
+def _check_sums(
+    chronicle: MergedHistory, memories: Sequence[StoredRobot], witness: InvariantChecker
+) -> None:
     decisions = [made for memory in memories for _, made in memory.matings if made is not None]
     matings = [event for event in chronicle.events if isinstance(event, Mated)]
     conceived = sum(mated.conceived + mated.partner_conceived for mated in matings)

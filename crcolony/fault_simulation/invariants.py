@@ -13,8 +13,8 @@ from crcolony.evolution.history import Born, Event, TurnedOver
 from crcolony.evolution.lineage import AgentId
 from crcolony.nodes.robot_node import RobotNode
 from crcolony.protocol.body_messages import Contact
-from crcolony.protocol.encounters import Limits, Record
-from crcolony.protocol.envelope import open_letter
+from crcolony.protocol.encounters import EncounterRecord, MatingLimits
+from crcolony.protocol.envelope import open_envelope
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.mating_messages import (
     Abort,
@@ -26,7 +26,7 @@ from crcolony.protocol.mating_messages import (
     Refuse,
     sender_of,
 )
-from crcolony.protocol.telemetry_messages import Ended, decode_state, decode_told
+from crcolony.protocol.telemetry_messages import EncounterOutcome, decode_event, decode_state
 from crcolony.storage.rows import Decision
 
 _MOST_EARLY, _MOST_VIOLATIONS = 32, 20
@@ -39,14 +39,14 @@ _SAYABLE = {
 """What must be on the disk of whoever says this; None: nothing about that encounter."""
 
 
-class Witness:
+class InvariantChecker:
     """Keeps the ledger of a colony while it lives; `violations` says where a promise was broken."""
 
-    def __init__(self, robots: int, limits: Limits) -> None:
+    def __init__(self, robots: int, limits: MatingLimits) -> None:
         self.violations: list[str] = []
         self.counts: Counter[str] = Counter()
         """Outcomes of encounters, letters refused, crashes"""
-        self.records: dict[RobotId, dict[Encounter, Record]] = {}
+        self.records: dict[RobotId, dict[Encounter, EncounterRecord]] = {}
         """What is on every robot's disk"""
         self.decisions: dict[RobotId, dict[Encounter, Decision]] = {}
         self.contacts: set[tuple[RobotId, RobotId, int]] = set()
@@ -77,15 +77,15 @@ class Witness:
 
     # While it lives --------------------------------------------------------------------------------------------
 
-    def met(self, robot: RobotId, contact: Contact) -> None:
+    def on_contact(self, robot: RobotId, contact: Contact) -> None:
         """A body told its robot of a contact."""
         self.contacts.add((robot, contact.robot, contact.nonce))
 
-    def written(
+    def on_written(
         self,
         robot: RobotId,
-        records: Sequence[Record],
-        decided: Record | None,
+        records: Sequence[EncounterRecord],
+        decided: EncounterRecord | None,
         decision: Decision | None,
     ) -> None:
         """Records, and perhaps a decision, are on a robot's disk."""
@@ -103,26 +103,26 @@ class Witness:
         known[decided.encounter] = decision
         self._unsaved.setdefault(robot, []).append(decision)
 
-    def saved(self, robot: RobotId, events: Sequence[Event]) -> None:
+    def on_saved(self, robot: RobotId, events: Sequence[Event]) -> None:
         """A snapshot is on a robot's disk."""
         self._unsaved[robot] = []
         self._born |= {event.agent: event.genes for event in events if isinstance(event, Born)}
         self._turned[robot] += sum(e.offspring for e in events if isinstance(e, TurnedOver))
 
-    def overhear(self, robot: RobotId, kind: str, data: bytes) -> None:
+    def on_published(self, robot: RobotId, kind: str, data: bytes) -> None:
         """A robot says something; what it claims must be on its disk by then."""
         self._log.update(robot + data)
         if kind == "letter":
             self._overhear_letter(robot, data)
         elif kind == "event":
-            event = decode_told(data).event
-            if isinstance(event, Ended):
+            event = decode_event(data).event
+            if isinstance(event, EncounterOutcome):
                 self.counts[event.outcome] += 1
         else:
             decode_state(data)  # an energy beyond 0 to 1 is no state
 
     def _overhear_letter(self, robot: RobotId, data: bytes) -> None:
-        _, message = open_letter(data)
+        _, message = open_envelope(data)
         name = in_words(robot, message.encounter)
         self.demand(sender_of(message) == robot, f"{name}: speaks for another robot")
         if isinstance(message, Propose | Refuse):
@@ -134,7 +134,7 @@ class Witness:
             state in _SAYABLE[type(message)], f"{name}: says {kind}, but on its disk is {state}"
         )
 
-    def began(self, node: RobotNode) -> None:
+    def on_started(self, node: RobotNode) -> None:
         """A robot has come to life from its disk: every conception on it is in the pool, or was born."""
         pool = [offspring.genes.tobytes() for offspring in node.robot.subpopulation.pool]
         unsaved = self._unsaved.get(node.id, [])
@@ -171,7 +171,7 @@ class Witness:
         is_bounded = len(node.waiting) <= self._limits.open and len(exchanges._early) <= _MOST_EARLY
         self.demand(is_bounded, f"{name}: {len(node.waiting)} encounters wait")
 
-    def ended(self, node: RobotNode) -> None:
+    def on_stopped(self, node: RobotNode) -> None:
         """A life is over."""
         for why in ("malformed", "forged", "unfit", "unexpected", "too many", "not allowed"):
             self.counts[why] += node.counts[why]
@@ -185,4 +185,4 @@ def short(robot: RobotId) -> str:
 def in_words(robot: RobotId, encounter: Encounter) -> str:
     """Return a robot's side of an encounter for people."""
     initiator, responder = short(encounter.initiator), short(encounter.responder)
-    return f"{short(robot)} in {initiator}>{responder} {encounter.life}.{encounter.count}"
+    return f"{short(robot)} in {initiator}>{responder} {encounter.incarnation}.{encounter.count}"

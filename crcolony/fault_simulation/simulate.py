@@ -18,8 +18,8 @@ from crcolony.config import Config, load
 from crcolony.evolution.genotype import Schema
 from crcolony.evolution.history import Mated
 from crcolony.fault_simulation.faults import Faults, Forger, draw_faults
-from crcolony.fault_simulation.final_audit import close_books
-from crcolony.fault_simulation.invariants import Witness, short
+from crcolony.fault_simulation.final_audit import audit_colony
+from crcolony.fault_simulation.invariants import InvariantChecker, short
 from crcolony.fault_simulation.simulated_arena import SimulatedArena
 from crcolony.fault_simulation.simulated_network import (
     ARENA,
@@ -28,10 +28,10 @@ from crcolony.fault_simulation.simulated_network import (
     SimulatedNetwork,
     TimeStandsStillError,
 )
-from crcolony.fault_simulation.simulated_robot import COLONY, SimulatedRobot, Surroundings
-from crcolony.protocol.encounters import Limits
+from crcolony.fault_simulation.simulated_robot import COLONY, SharedContext, SimulatedRobot
+from crcolony.protocol.encounters import MatingLimits
 from crcolony.protocol.identity import seeded
-from crcolony.robot.factory import numbered_streams, raise_robots
+from crcolony.robot.factory import make_robots, numbered_streams
 
 FAULTY_S, PEACEFUL_S, SETTLING_S = 36.0, 6.0, 12.0
 """The three parts of a simulation, in virtual time"""
@@ -116,18 +116,20 @@ class _Simulation:
                 f"heredity.mutation_probability={0.1 if self._mutates else 0.0}",
             ],
         )
-        limits = Limits(orphan_s=3.0, longest_retry_s=1.0, open=rng.choice([2, 256]))
+        limits = MatingLimits(orphan_s=3.0, longest_retry_s=1.0, open=rng.choice([2, 256]))
         identities = [seeded(COLONY, seed, number) for number in range(robots)]
         self._schedule = schedule = Schedule()
         forger = Forger(rng, _schema(config), {key.id: key for key in identities})
         self._network = SimulatedNetwork(schedule, rng, faults, forger.forge)
-        self._witness = Witness(robots, limits)
-        around = Surroundings(
+        self._witness = InvariantChecker(robots, limits)
+        around = SharedContext(
             config, limits, faults, folder, schedule, self._network, self._witness, rng
         )
         self._robots = [SimulatedRobot(k, key, around) for k, key in enumerate(identities)]
         self._arena = SimulatedArena(config, schedule, self._network, rng)
-        self._nemesis = _Nemesis(schedule, self._network, self._robots, self._arena, faults, rng)
+        self._nemesis = _FaultInjector(
+            schedule, self._network, self._robots, self._arena, faults, rng
+        )
 
     def run(self, faulty_s: float) -> Report:
         """Live through all of it."""
@@ -157,7 +159,7 @@ class _Simulation:
 
     def _report(self) -> Report:
         witness = self._witness
-        chronicle = close_books(self._robots, witness, self._mutates)
+        chronicle = audit_colony(self._robots, witness, self._mutates)
         matings = [event for event in chronicle.events if isinstance(event, Mated)]
         return Report(
             self._seed,
@@ -174,11 +176,11 @@ class _Simulation:
 
 
 def _schema(config: Config) -> Schema:
-    _, _, (robot,) = raise_robots(config, ["0"], numbered_streams(0, 0, 1))
+    _, _, (robot,) = make_robots(config, ["0"], numbered_streams(0, 0, 1))
     return robot.subpopulation.schema
 
 
-class _Nemesis:
+class _FaultInjector:
     """Makes things go wrong, one after the other, each for a while."""
 
     def __init__(
@@ -230,7 +232,7 @@ class _Nemesis:
 
     def _pause(self) -> None:
         robot = self._any()
-        if robot.living is not None and not robot.is_paused:
+        if robot.robot is not None and not robot.is_paused:
             robot.is_paused = True
             self._later(robot.resume)
 

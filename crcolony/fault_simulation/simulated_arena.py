@@ -6,9 +6,15 @@ from typing import Any
 from crcolony.config import Config
 from crcolony.fault_simulation.simulated_network import ARENA, Schedule, SimulatedNetwork
 from crcolony.nodes.arena_node import ArenaNode
-from crcolony.nodes.arena_server import Reception
+from crcolony.nodes.arena_server import ArenaServer
 from crcolony.protocol.codec import encode
-from crcolony.transport.interface import ArenaGone, ArenaSeen, Arrival, Observed, Shown
+from crcolony.transport.interface import (
+    ArenaOffline,
+    ArenaOnline,
+    InboundEvent,
+    ObservationReceived,
+    SceneReceived,
+)
 
 _SAVE_TICKS, _GRACE_S = 25, 4.0
 
@@ -37,15 +43,15 @@ class SimulatedArena:
         if self._checkpoint is not None and self._rng.random() < 0.7:
             node.restore(self._checkpoint)
             for robot in node.robots:
-                node.lose(robot, self._schedule.now_s)
-        self._reception = Reception(node)
-        self._network.host(ARENA, self, ArenaSeen(world), ArenaGone(world))
+                node.mark_offline(robot, self._schedule.now_s)
+        self._reception = ArenaServer(node)
+        self._network.add_process(ARENA, self, ArenaOnline(world), ArenaOffline(world))
         self._schedule.after(self._config.arena.control_period_s, lambda: self._tick(node))
 
     def crash(self, says_goodbye: bool = True) -> None:
         """End at once."""
         self.node = None
-        self._network.unhost(ARENA, says_goodbye)
+        self._network.remove_process(ARENA, says_goodbye)
 
     def close(self) -> None:
         """Let the world stand still for ever."""
@@ -56,18 +62,18 @@ class SimulatedArena:
         if node is not self.node:
             return
         self._schedule.after(self._config.arena.control_period_s, lambda: self._tick(node))
-        node.advance()
+        node.step()
         self.ticks += 1
         for robot in node.robots:
-            self._network.post((ARENA, robot), Observed(robot, node.observation(robot)))
+            self._network.post((ARENA, robot), ObservationReceived(robot, node.observation(robot)))
         if self._network.searching:
             scene = encode(node.scene("arena", self.ticks, unix_ms=0))
             for robot in sorted(self._network.searching):
-                self._network.post((ARENA, robot), Shown(scene))
-        self._reception.forget_lost(self._schedule.now_s)
+                self._network.post((ARENA, robot), SceneReceived(scene))
+        self._reception.remove_absent(self._schedule.now_s)
         if node.tick % _SAVE_TICKS == 0:
             self._checkpoint = node.save()
 
-    def deliver(self, arrival: Arrival) -> None:
+    def deliver(self, arrival: InboundEvent) -> None:
         """Take what has arrived."""
-        self._reception.take(self._schedule.now_s, arrival)
+        self._reception.handle_event(self._schedule.now_s, arrival)

@@ -15,7 +15,13 @@ from typing import Literal, Protocol
 
 from crcolony.fault_simulation.faults import Faults
 from crcolony.protocol.identity import RobotId
-from crcolony.transport.interface import Acted, Arrival, Asked, Mail, Placed
+from crcolony.transport.interface import (
+    ActionReceived,
+    EnvelopeReceived,
+    InboundEvent,
+    JoinReplyReceived,
+    QueryReceived,
+)
 
 Endpoint = bytes
 Link = tuple[Endpoint, Endpoint]
@@ -68,7 +74,7 @@ class Process(Protocol):
 
     is_paused: bool
 
-    def deliver(self, arrival: Arrival) -> None:
+    def deliver(self, arrival: InboundEvent) -> None:
         """Take what has arrived."""
         ...
 
@@ -76,8 +82,8 @@ class Process(Protocol):
 @dataclass
 class _Token:
     holder: Endpoint
-    seen: Arrival
-    gone: Arrival
+    seen: InboundEvent
+    gone: InboundEvent
     is_held: bool = True
     says_goodbye: bool = False
     heard_s: dict[Endpoint, float] = field(default_factory=dict)
@@ -98,7 +104,7 @@ class SimulatedNetwork:
         self.cut: set[Link] = set()
         self.searching: set[Endpoint] = set()
         """Who looks at what the arena shows"""
-        self._clogged: dict[Link, list[tuple[Arrival, float]]] = {}
+        self._clogged: dict[Link, list[tuple[InboundEvent, float]]] = {}
         self._schedule, self._rng, self._faults, self._forge = schedule, rng, faults, forge
         self.is_calm = False
         """Whether nothing goes wrong any more"""
@@ -113,14 +119,16 @@ class SimulatedNetwork:
 
     # Who is there ----------------------------------------------------------------------------------------------
 
-    def host(self, endpoint: Endpoint, process: Process, seen: Arrival, gone: Arrival) -> None:
+    def add_process(
+        self, endpoint: Endpoint, process: Process, seen: InboundEvent, gone: InboundEvent
+    ) -> None:
         """Let a process be reached and seen; it has seen nobody yet."""
         for token in self._tokens:
             token.heard_s.pop(endpoint, None)
         self._processes[endpoint] = process
         self._tokens.append(_Token(endpoint, seen, gone))
 
-    def unhost(self, endpoint: Endpoint, says_goodbye: bool) -> None:
+    def remove_process(self, endpoint: Endpoint, says_goodbye: bool) -> None:
         """A process is there no more; without a goodbye its lease must run out."""
         self._processes.pop(endpoint, None)
         self.searching.discard(endpoint)
@@ -162,16 +170,20 @@ class SimulatedNetwork:
 
     # What is sent ----------------------------------------------------------------------------------------------
 
-    def post(self, link: Link, arrival: Arrival, until_s: float = math.inf) -> None:
+    def post(self, link: Link, arrival: InboundEvent, until_s: float = math.inf) -> None:
         """Send something on its way, which nobody wants after a time; letters may be overtaken by forged ones."""
         self._post(link, arrival, until_s)
-        if not self.is_calm and isinstance(arrival, Mail) and self._draw(self._faults.forgery):
-            forged = self._forge(arrival.letter)
+        if (
+            not self.is_calm
+            and isinstance(arrival, EnvelopeReceived)
+            and self._draw(self._faults.forgery)
+        ):
+            forged = self._forge(arrival.envelope)
             if forged is not None:
                 self.counts["forgeries"] += 1
-                self._post(link, Mail(arrival.to, forged), until_s)
+                self._post(link, EnvelopeReceived(arrival.to, forged), until_s)
 
-    def _post(self, link: Link, arrival: Arrival, until_s: float) -> None:
+    def _post(self, link: Link, arrival: InboundEvent, until_s: float) -> None:
         arrive = partial(self._arrive, link, arrival, until_s)
         if link in self.cut:
             self.counts["cut off"] += 1
@@ -190,7 +202,7 @@ class SimulatedNetwork:
                 delay_s = self._rng.uniform(0.0, _REPLAY_S) if is_replay else self._delay_s()
                 self._schedule.after(delay_s, arrive)
 
-    def _arrive(self, link: Link, arrival: Arrival, until_s: float) -> None:
+    def _arrive(self, link: Link, arrival: InboundEvent, until_s: float) -> None:
         process = self._processes.get(link[1])
         if process is None or link in self.cut:
             self.counts["nobody there"] += 1
@@ -239,31 +251,33 @@ class SimulatedTransport:
         self._network, self._robot = network, robot
         self._strike, self._overhear = strike, overhear
 
-    def send(self, to: RobotId, letter: bytes) -> None:
+    def send_envelope(self, to: RobotId, letter: bytes) -> None:
         """Post a letter."""
         self._strike()
         self._overhear(self._robot, "letter", letter)
-        self._network.post((self._robot, to), Mail(to, letter))
+        self._network.post((self._robot, to), EnvelopeReceived(to, letter))
 
-    def join(self, robot: RobotId, request: bytes) -> None:
+    def request_body(self, robot: RobotId, request: bytes) -> None:
         """Ask the arena for a body; an answer that comes after the question's time is not heard."""
         until_s = self._network.now_s + _JOIN_TIMEOUT_S
 
         def answer(data: bytes) -> None:
-            self._network.post((ARENA, robot), Placed(robot, data), until_s)
+            self._network.post((ARENA, robot), JoinReplyReceived(robot, data), until_s)
 
-        self._network.post((robot, ARENA), Asked("join", robot, request, answer), until_s)
+        self._network.post((robot, ARENA), QueryReceived("join", robot, request, answer), until_s)
 
-    def act(self, robot: RobotId, action: bytes) -> None:
+    def publish_action(self, robot: RobotId, action: bytes) -> None:
         """Command a body."""
-        self._network.post((robot, ARENA), Acted(robot, action))
+        self._network.post((robot, ARENA), ActionReceived(robot, action))
 
-    def tell(self, robot: RobotId, topic: Literal["state", "event"], data: bytes) -> None:
+    def publish_telemetry(
+        self, robot: RobotId, topic: Literal["state", "event"], data: bytes
+    ) -> None:
         """Publish telemetry; here somebody always listens."""
         self._strike()
         self._overhear(robot, topic, data)
 
-    def search(self, is_searching: bool) -> None:
+    def subscribe_scene(self, is_searching: bool) -> None:
         """Let the arena's scenes come, or not."""
         (self._network.searching.add if is_searching else self._network.searching.discard)(
             self._robot

@@ -14,7 +14,7 @@ from random import Random
 
 from crcolony.config import Config
 from crcolony.fault_simulation.faults import CrashError, Faults, Hazard
-from crcolony.fault_simulation.invariants import Witness
+from crcolony.fault_simulation.invariants import InvariantChecker
 from crcolony.fault_simulation.simulated_network import (
     Schedule,
     SimulatedNetwork,
@@ -24,11 +24,11 @@ from crcolony.fault_simulation.simulated_store import Disk, SimulatedStore
 from crcolony.nodes.embodied_robot import EmbodiedRobot
 from crcolony.nodes.robot_node import RobotNode
 from crcolony.protocol.body_messages import Contact
-from crcolony.protocol.encounters import Limits
+from crcolony.protocol.encounters import MatingLimits
 from crcolony.protocol.identity import Identity
-from crcolony.robot.factory import numbered_streams, raise_robots
-from crcolony.storage.store import StoreBroken, StoreFull
-from crcolony.transport.interface import Arrival, RobotGone, RobotSeen, Transport
+from crcolony.robot.factory import make_robots, numbered_streams
+from crcolony.storage.store import FatalStorageError, StorageFullError
+from crcolony.transport.interface import InboundEvent, RobotOffline, RobotOnline, Transport
 
 COLONY = "simulated"
 _BEGINNING_UNIX_S = 1_800_000_000.0
@@ -38,44 +38,44 @@ _INBOX = 64
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class SharedContext:
     """What all robots of a simulated colony share."""
 
     config: Config
-    limits: Limits
+    limits: MatingLimits
     faults: Faults
     folder: Path
     schedule: Schedule
     network: SimulatedNetwork
-    witness: Witness
+    witness: InvariantChecker
     rng: Random
 
 
 class _WitnessedNode(RobotNode):
     """A robot that is seen to be told of a contact."""
 
-    witness: Witness
+    witness: InvariantChecker
 
-    def attend(self, now_s: float, tick: int, contact: Contact | None) -> None:
+    def handle_step_events(self, now_s: float, tick: int, contact: Contact | None) -> None:
         """See to what happened."""
         if contact is not None:
-            self.witness.met(self.id, contact)
-        super().attend(now_s, tick, contact)
+            self.witness.on_contact(self.id, contact)
+        super().handle_step_events(now_s, tick, contact)
 
 
 class SimulatedRobot:
     """A robot: one life after the other."""
 
-    def __init__(self, number: int, identity: Identity, around: Surroundings) -> None:
-        self.id, self.number, self.around = identity.id, number, around
-        self.living: EmbodiedRobot | None = None
+    def __init__(self, number: int, identity: Identity, around: SharedContext) -> None:
+        self.id, self.number, self.context = identity.id, number, around
+        self.robot: EmbodiedRobot | None = None
         self.is_paused = False
         self.clock_error_s = 0.0
         self._identity = identity
         self._memory: SimulatedStore | None = None
         self._hazard = Hazard(around.rng, 0.0)
         self.disk = Disk(around.rng, around.faults.broken_disks)
-        self._inbox: deque[Arrival] = deque()
+        self._inbox: deque[InboundEvent] = deque()
         self._alarm_s = math.inf
         self._starts = self._sessions = 0
 
@@ -88,50 +88,50 @@ class SimulatedRobot:
             self._guard(self._begin)
 
     def _begin(self) -> None:
-        around = self.around
+        around = self.context
         is_calm = around.network.is_calm
         self._hazard = Hazard(around.rng, 0.0 if is_calm else around.faults.crash_operations)
         transport = SimulatedTransport(around.network, self.id, self._hazard.strike, self._overhear)
         robot = EmbodiedRobot(
             self.new_node(transport), transport, around.config, "arena", self.number, _SNAPSHOT_S,
-            self._come_anew, state_period_s=_STATE_PERIOD_S,
+            self._reconnect_session, state_period_s=_STATE_PERIOD_S,
         )  # fmt: skip
-        robot.begin(around.schedule.now_s)
-        around.witness.began(robot.node)
+        robot.start(around.schedule.now_s)
+        around.witness.on_started(robot.node)
         self._inbox.clear()
         self._alarm_s = math.inf
-        self.living = robot
-        self._come_onto_network(robot.node.life)
+        self.robot = robot
+        self._come_onto_network(robot.node.incarnation)
 
     def _come_onto_network(self, life: int) -> None:
         self._sessions += 1
         session = f"{self.number}.{self._sessions}"
-        self.around.network.host(
-            self.id, self, RobotSeen(self.id, life, session), RobotGone(self.id, life, session)
+        self.context.network.add_process(
+            self.id, self, RobotOnline(self.id, life, session), RobotOffline(self.id, life, session)
         )
 
-    def _come_anew(self) -> None:
-        assert self.living is not None, "only who lives misses another"
-        self.around.witness.counts["came anew"] += 1
-        self.around.network.unhost(self.id, says_goodbye=True)
-        self._come_onto_network(self.living.node.life)
+    def _reconnect_session(self) -> None:
+        assert self.robot is not None, "only who lives misses another"
+        self.context.witness.counts["came anew"] += 1
+        self.context.network.remove_process(self.id, says_goodbye=True)
+        self._come_onto_network(self.robot.node.incarnation)
 
     def _overhear(self, robot: bytes, kind: str, data: bytes) -> None:
-        self.around.witness.overhear(robot, kind, data)
-        if kind == "state" and self.living is not None:
-            self.around.witness.inspect(self.living.node)
+        self.context.witness.on_published(robot, kind, data)
+        if kind == "state" and self.robot is not None:
+            self.context.witness.inspect(self.robot.node)
 
     def new_node(self, transport: Transport) -> RobotNode:
         """Return the robot as its memory has it, in a new life that has not begun."""
-        around, config = self.around, self.around.config
+        around, config = self.context, self.context.config
         streams = numbered_streams(config.seed, self.number, 1)
-        batch, _, (robot,) = raise_robots(config, [self.id.hex()], streams)
+        batch, _, (robot,) = make_robots(config, [self.id.hex()], streams)
         schema = bytes.fromhex(robot.subpopulation.schema.digest)
         self._memory = memory = SimulatedStore(
             around.folder / str(self.number), self.id, schema, durable=False
         )
         memory.attach(self.id, self.disk, self._hazard, around.witness)
-        life = memory.begin_life(int(self.unix_s()))
+        life = memory.begin_incarnation(int(self.unix_s()))
         node = _WitnessedNode(
             self._identity,
             COLONY,
@@ -151,12 +151,12 @@ class SimulatedRobot:
         """Die at once."""
         if self._memory is None:
             return
-        around = self.around
-        around.network.unhost(self.id, says_goodbye)
+        around = self.context
+        around.network.remove_process(self.id, says_goodbye)
         self._memory.drop()
-        if self.living is not None:
-            around.witness.ended(self.living.node)
-        self.living, self._memory, self.is_paused = None, None, False
+        if self.robot is not None:
+            around.witness.on_stopped(self.robot.node)
+        self.robot, self._memory, self.is_paused = None, None, False
         if not around.network.is_calm:
             is_long = around.rng.random() < 0.2
             away_s = around.rng.uniform(3.0, 9.0) if is_long else around.rng.uniform(0.1, 2.0)
@@ -167,18 +167,18 @@ class SimulatedRobot:
         self._guard(self._save_and_leave)
 
     def _save_and_leave(self) -> None:
-        if self.living is None or self.is_paused:
+        if self.robot is None or self.is_paused:
             return
-        self.around.network.unhost(self.id, says_goodbye=True)
-        self.living.leave()
-        self.living.node.save()
+        self.context.network.remove_process(self.id, says_goodbye=True)
+        self.robot.release_body()
+        self.robot.node.save()
         self.crash()
 
     def resume(self) -> None:
         """Go on after a pause, with what has arrived meanwhile."""
         self.is_paused = False
         self._alarm_s = math.inf
-        while self._inbox and self.living is not None:
+        while self._inbox and self.robot is not None:
             arrival = self._inbox.popleft()
             self._guard(partial(self._take, arrival))
         self._guard(self._keep_time)
@@ -193,52 +193,52 @@ class SimulatedRobot:
     @property
     def is_living(self) -> bool:
         """Whether it is there, has a body, and senses something."""
-        if self.living is None:
+        if self.robot is None:
             return False
-        silent_s = self.around.schedule.now_s - self.living.observed_s
-        return self.living.has_body and silent_s < 1.0
+        silent_s = self.context.schedule.now_s - self.robot.observed_s
+        return self.robot.has_body and silent_s < 1.0
 
     def unix_s(self) -> float:
         """Return what the clock of this machine says."""
-        return _BEGINNING_UNIX_S + self.around.schedule.now_s + self.clock_error_s
+        return _BEGINNING_UNIX_S + self.context.schedule.now_s + self.clock_error_s
 
     def _guard(self, do: Callable[[], None]) -> None:
         """Do something as a process that ends where it is struck down, or where it does not know what to do."""
         try:
             do()
-        except (CrashError, StoreBroken):
-            self.around.witness.counts["crashes"] += 1
-            self.crash(self.around.rng.random() < 0.7)
-        except StoreFull:  # a life cannot begin
-            self.around.witness.counts["no room to begin"] += 1
+        except (CrashError, FatalStorageError):
+            self.context.witness.counts["crashes"] += 1
+            self.crash(self.context.rng.random() < 0.7)
+        except StorageFullError:  # a life cannot begin
+            self.context.witness.counts["no room to begin"] += 1
             self.crash()
         except Exception as error:
             frame = traceback.extract_tb(error.__traceback__)[-1]
             where = f"{Path(frame.filename).name}:{frame.lineno}"
-            self.around.witness.complain(f"{type(error).__name__} at {where}: {error}")
+            self.context.witness.complain(f"{type(error).__name__} at {where}: {error}")
             self.crash()
         else:
             self._set_alarm()
 
     # What arrives ----------------------------------------------------------------------------------------------
 
-    def deliver(self, arrival: Arrival) -> None:
+    def deliver(self, arrival: InboundEvent) -> None:
         """Take what has arrived, now or after the pause."""
         if not self.is_paused:
             self._guard(partial(self._take, arrival))
         elif len(self._inbox) < _INBOX:
             self._inbox.append(arrival)
 
-    def _take(self, arrival: Arrival) -> None:
-        if self.living is not None:
-            self.living.take(self.around.schedule.now_s, arrival)
+    def _take(self, arrival: InboundEvent) -> None:
+        if self.robot is not None:
+            self.robot.handle_event(self.context.schedule.now_s, arrival)
 
     # The clock -------------------------------------------------------------------------------------------------
 
     def _set_alarm(self) -> None:
-        if self.living is not None and self.living.next_s < self._alarm_s:
-            self._alarm_s, starts = self.living.next_s, self._starts
-            self.around.schedule.at(self._alarm_s, lambda: self._ring(starts))
+        if self.robot is not None and self.robot.next_s < self._alarm_s:
+            self._alarm_s, starts = self.robot.next_s, self._starts
+            self.context.schedule.at(self._alarm_s, lambda: self._ring(starts))
 
     def _ring(self, starts: int) -> None:
         if starts == self._starts and not self.is_paused:
@@ -246,5 +246,5 @@ class SimulatedRobot:
             self._guard(self._keep_time)
 
     def _keep_time(self) -> None:
-        if self.living is not None:
-            self.living.keep_time(self.around.schedule.now_s)
+        if self.robot is not None:
+            self.robot.handle_timers(self.context.schedule.now_s)

@@ -7,11 +7,11 @@ from typing import Any
 
 from crcolony.evolution.history import Event
 from crcolony.fault_simulation.faults import CrashError, Hazard
-from crcolony.fault_simulation.invariants import Witness
-from crcolony.protocol.encounters import Record
+from crcolony.fault_simulation.invariants import InvariantChecker
+from crcolony.protocol.encounters import EncounterRecord
 from crcolony.protocol.identity import RobotId
 from crcolony.storage.rows import Decision, Known
-from crcolony.storage.store import Store, StoreBroken, StoreFull
+from crcolony.storage.store import FatalStorageError, RobotStore, StorageFullError
 
 _FAILING = 0.7
 """Share of transactions for which a disk has no room while it is nearly full"""
@@ -39,20 +39,22 @@ class Disk:
 
     def end(self) -> type[Exception]:
         """Return how a process ends that is struck down at it: by an error of the disk, or killed."""
-        return StoreBroken if self._has_errors and self._rng.random() < _ERRORS else CrashError
+        return (
+            FatalStorageError if self._has_errors and self._rng.random() < _ERRORS else CrashError
+        )
 
 
-class SimulatedStore(Store):
+class SimulatedStore(RobotStore):
     """The memory of one life. It tells the witness what is on the disk."""
 
-    def attach(self, robot: RobotId, disk: Disk, hazard: Hazard, witness: Witness) -> None:
+    def attach(self, robot: RobotId, disk: Disk, hazard: Hazard, witness: InvariantChecker) -> None:
         """Let it be struck from now on."""
         self._robot_id, self._disk, self._hazard, self._witness = robot, disk, hazard, witness
 
     @contextlib.contextmanager
     def _transaction(self) -> Iterator[Known]:
         if not self._disk.has_room():
-            raise StoreFull("no room")
+            raise StorageFullError("no room")
         with super()._transaction() as known:
             yield known
             self._strike()
@@ -64,27 +66,27 @@ class SimulatedStore(Store):
             self._connection.close()  # no orderly rollback: the process is dead
             raise
 
-    def begin_life(self, unix_s: int) -> int:
+    def begin_incarnation(self, unix_s: int) -> int:
         """Count this start."""
-        life = super().begin_life(unix_s)
+        life = super().begin_incarnation(unix_s)
         self._strike()
         return life
 
     def write(
         self,
-        records: Sequence[Record],
-        decided: Record | None = None,
+        records: Sequence[EncounterRecord],
+        decided: EncounterRecord | None = None,
         decision: Decision | None = None,
     ) -> None:
         """Write records and a decision."""
         super().write(records, decided, decision)
-        self._witness.written(self._robot_id, records, decided, decision)
+        self._witness.on_written(self._robot_id, records, decided, decision)
         self._strike()
 
     def save(self, robot: Mapping[str, Any], events: Sequence[Event], tick: int) -> None:
         """Write a snapshot."""
         super().save(robot, events, tick)
-        self._witness.saved(self._robot_id, events)
+        self._witness.on_saved(self._robot_id, events)
         self._strike()
 
     def drop(self) -> None:

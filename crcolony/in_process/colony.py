@@ -17,10 +17,10 @@ from crcolony.evolution.history import Died, Event, Mated, TurnedOver, born
 from crcolony.evolution.lineage import Birth
 from crcolony.in_process.central_selection import CentralSelection
 from crcolony.results.generation_summary import summarise
-from crcolony.robot.factory import numbered_streams, raise_robots, variation_of
-from crcolony.robot.life_records import lives_of
+from crcolony.robot.factory import make_robots, numbered_streams, variation_of
+from crcolony.robot.life_records import lifetimes_of
 from crcolony.robot.robot import Robot
-from crcolony.robot.state import DIED, MET, SLICE_OVER, Habits, Robots
+from crcolony.robot.state import DIED, MET, SLICE_OVER, Robots, StepParameters
 from crcolony.robot.step import step_robots
 from crcolony.world.arena import Arena
 from crcolony.world.state import World
@@ -28,7 +28,7 @@ from crcolony.world.tick import advance, command, observe
 
 
 @compiled
-def tick(world: World, robots: Robots, habits: Habits, actions: FloatArray) -> int:
+def tick(world: World, robots: Robots, habits: StepParameters, actions: FloatArray) -> int:
     """Let one control period pass for everybody; return the bits of all events."""
     for i in range(actions.shape[0]):
         command(world, i, actions[i])
@@ -39,7 +39,9 @@ def tick(world: World, robots: Robots, habits: Habits, actions: FloatArray) -> i
 
 
 @compiled
-def run_ticks(world: World, robots: Robots, habits: Habits, actions: FloatArray, most: int) -> int:
+def run_ticks(
+    world: World, robots: Robots, habits: StepParameters, actions: FloatArray, most: int
+) -> int:
     """Run ticks until a robot has an event, at most so many; return how many were run."""
     for count in range(most):
         if tick(world, robots, habits, actions) != 0:
@@ -47,7 +49,7 @@ def run_ticks(world: World, robots: Robots, habits: Habits, actions: FloatArray,
     return most
 
 
-class EmbeddedColony:
+class InProcessColony:
     """Robots in an arena, in this process. `events` takes every event of the history, in order."""
 
     def __init__(self, config: Config, events: Callable[[Event], None]) -> None:
@@ -55,7 +57,7 @@ class EmbeddedColony:
         self.tick = 0
         self.generation = 0
         self.arena = Arena(config.robots, config.arena, config.body, config.seed)
-        self.batch, self.habits, self.robots = raise_robots(
+        self.batch, self.parameters, self.robots = make_robots(
             config,
             [str(row) for row in range(config.robots)],
             numbered_streams(config.seed, 0, config.robots),
@@ -71,17 +73,17 @@ class EmbeddedColony:
         """The generation that ended last, in numbers"""
         self._record = events
 
-    def begin(self) -> None:
+    def start(self) -> None:
         """Give every robot its first generation."""
         for robot in self.robots:
-            self._report_births(robot.row, robot.begin())
+            self._report_births(robot.row, robot.start())
 
     def run(self, most_ticks: int) -> None:
         """Live on for so many ticks, or until a generation ends, whichever is first."""
         end, generation = self.tick + most_ticks, self.generation
         while self.tick < end and self.generation == generation:
             ran = run_ticks(
-                self.arena.world, self.batch, self.habits, self.actions, end - self.tick
+                self.arena.world, self.batch, self.parameters, self.actions, end - self.tick
             )
             self.tick += ran
             events = self.batch.events
@@ -133,7 +135,7 @@ class EmbeddedColony:
         for robot in waiting:
             pool = len(robot.subpopulation.pool)
             self._record(TurnedOver(self.tick, robot.row, robot.generation + 1, pool))
-            for life in lives_of(robot, self.batch, self.tick, robot.row):
+            for life in lifetimes_of(robot, self.batch, self.tick, robot.row):
                 self._record(life)
         if self._central is None:
             births = [robot.turn_over() for robot in waiting]

@@ -10,12 +10,12 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from crcolony.in_process.colony import EmbeddedColony
-from crcolony.in_process.run import evolve, is_done
+from crcolony.in_process.colony import InProcessColony
+from crcolony.in_process.run import is_finished, run_until_done
 from crcolony.results.plots import draw_plots
-from crcolony.results.plots.conditions import PlotsError
-from crcolony.results.run_folder import Results
-from crcolony.shutdown import Stop
+from crcolony.results.plots.conditions import PlotError
+from crcolony.results.run_folder import RunFolder
+from crcolony.shutdown import ShutdownSignal
 
 _REFRESH_S = 0.25
 _PLAIN_LINE_S = 5.0
@@ -23,11 +23,11 @@ _SPEED_POINTS = 12
 """Looks at the clock that the shown speed covers."""
 
 
-def run_in_terminal(results: Results, colony: EmbeddedColony, minutes: float | None) -> int:
+def run_in_terminal(results: RunFolder, colony: InProcessColony, minutes: float | None) -> int:
     """Run a colony with a display until it is done, Ctrl-C, or the time is over; return the exit code."""
     console = Console()
-    stop = Stop(minutes)
-    watch = Watch(colony)
+    stop = ShutdownSignal(minutes)
+    watch = ProgressDisplay(colony)
     config = colony.config
     length = f"{config.generations} generations" if config.generations else "until Ctrl-C"
     console.print(
@@ -39,22 +39,22 @@ def run_in_terminal(results: Results, colony: EmbeddedColony, minutes: float | N
     try:
         if console.is_terminal:
             with Live(watch.display(), console=console, refresh_per_second=4) as live:
-                is_over = evolve(results, colony, stop, lambda _: watch.show(live))
+                is_over = run_until_done(results, colony, stop, lambda _: watch.refresh(live))
                 live.update(watch.display())
         else:
-            is_over = evolve(results, colony, stop, lambda _: watch.say())
+            is_over = run_until_done(results, colony, stop, lambda _: watch.print_line())
     finally:
         results.close()
     _finish(console, results, colony, is_over)
     return 0
 
 
-def _finish(console: Console, results: Results, colony: EmbeddedColony, is_over: bool) -> None:
+def _finish(console: Console, results: RunFolder, colony: InProcessColony, is_over: bool) -> None:
     if colony.generation > 0:
         try:
             draw_plots(results.folder)
             console.print(f"plots: {results.folder / 'plots'}", highlight=False)
-        except PlotsError as error:
+        except PlotError as error:
             console.print(str(error), highlight=False)
     if not is_over:
         console.print(
@@ -75,25 +75,25 @@ def _command() -> str:
     return path.name if shutil.which(path.name) == str(path) else str(path)
 
 
-class Watch:
+class ProgressDisplay:
     """What is shown of a running colony."""
 
-    def __init__(self, colony: EmbeddedColony) -> None:
+    def __init__(self, colony: InProcessColony) -> None:
         self._colony = colony
         self._said_at_s = -1.0
         self._told = -1
         self._passed = deque([(time.monotonic(), colony.tick)], maxlen=_SPEED_POINTS)
 
-    def show(self, live: Live) -> None:
+    def refresh(self, live: Live) -> None:
         """Refresh the live display, now and then."""
         if self._look_at_the_clock():
             live.update(self.display())
 
-    def say(self) -> None:
+    def print_line(self) -> None:
         """Print a plain line about the last generation: the first, the last, and one now and then."""
         self._look_at_the_clock()
         now_s, colony, row = time.monotonic(), self._colony, self._colony.summary
-        is_last = is_done(colony)
+        is_last = is_finished(colony)
         is_due = now_s - self._said_at_s >= _PLAIN_LINE_S or is_last or self._told < 0
         if row and is_due and colony.generation > self._told:
             self._said_at_s, self._told = now_s, colony.generation

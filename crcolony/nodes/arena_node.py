@@ -18,30 +18,30 @@ import numpy as np
 from crcolony.body import contract
 from crcolony.compiled import FloatArray
 from crcolony.config import Config
-from crcolony.nodes.reported_settings import settings_text
-from crcolony.nodes.scene import Body, scene_of
+from crcolony.nodes.reported_settings import settings_as_json
+from crcolony.nodes.scene import SceneBody, make_scene
 from crcolony.protocol.body_messages import (
     Action,
+    BodyDenied,
+    BodyGranted,
     Contact,
-    Embodied,
     Join,
     Observation,
-    Refused,
     pack_row,
     unpack_row,
 )
 from crcolony.protocol.codec import WireError, encode
 from crcolony.protocol.identity import RobotId
-from crcolony.protocol.telemetry_messages import ARENA_SETTINGS, AboutArena, Scene
+from crcolony.protocol.telemetry_messages import MAX_ARENA_SETTINGS, ArenaMetadata, Scene
 from crcolony.world.arena import Arena
-from crcolony.world.tick import one_period
+from crcolony.world.tick import step_world
 
 
 class ArenaNode:
     """An arena with `config.robots` places; `world` names this run of it.
 
     In lockstep the first tick waits for `expect` robots, and every other for all that are there. `find`, `lose` and
-    `forget_lost` are told by whoever watches the network. Raises ValueError as `Arena` does, and if more robots are
+    `remove_absent` are told by whoever watches the network. Raises ValueError as `Arena` does, and if more robots are
     expected than there are places.
     """
 
@@ -57,7 +57,7 @@ class ArenaNode:
         places = config.robots
         if expect > places:
             raise ValueError(f"robots: {expect} are expected, but the arena has {places} places")
-        self.world = world
+        self.arena_run = world
         self.lockstep = lockstep
         self.expect = expect
         self.tick = 0
@@ -71,7 +71,9 @@ class ArenaNode:
         self._period_s = config.arena.control_period_s
         self._grace_s = body_grace_s
         self._body = msgspec.json.encode(config.body).decode()
-        self._settings = settings_text({"arena": config.arena, "body": config.body}, ARENA_SETTINGS)
+        self._settings = settings_as_json(
+            {"arena": config.arena, "body": config.body}, MAX_ARENA_SETTINGS
+        )
         self._occupants: list[RobotId | None] = [None] * places
         self._lost: dict[RobotId, float] = {}
         self._actions = np.zeros((places, contract.ACTION_WIDTH))
@@ -81,7 +83,7 @@ class ArenaNode:
 
     # Who is there ---------------------------------------------------------------------------------------------------
 
-    def join(self, request: Join) -> Embodied | Refused:
+    def join(self, request: Join) -> BodyGranted | BodyDenied:
         """Give a robot a body, in the place it would like if that is free; it keeps the one that it has.
 
         A robot that comes back under another colony gets a fresh one. It may answer observations from the next tick on.
@@ -90,7 +92,7 @@ class ArenaNode:
         place = self.robots.get(robot)
         if place is not None:
             if self.colony_of(robot) == request.colony:
-                self.find(robot)
+                self.mark_online(robot)
                 return self._embodied(place)
             self.leave(robot)
         place = self._free_place(request.number)
@@ -116,23 +118,23 @@ class ArenaNode:
             self._lost.pop(robot, None)
             self.arena.remove(place)
 
-    def lose(self, robot: RobotId, now_s: float) -> None:
+    def mark_offline(self, robot: RobotId, now_s: float) -> None:
         """A robot's process is gone from the network: nobody waits for it, and its body stays for a while."""
         if robot in self.robots:
             self._lost.setdefault(robot, now_s)
 
-    def find(self, robot: RobotId) -> None:
+    def mark_online(self, robot: RobotId) -> None:
         """It is back, and waited for again; what it missed is to be sent again."""
         self._lost.pop(robot, None)
 
-    def forget_lost(self, now_s: float) -> list[RobotId]:
+    def remove_absent(self, now_s: float) -> list[RobotId]:
         """Take the bodies away of all who have been lost for too long; return who they were."""
         gone = [robot for robot, at_s in self._lost.items() if now_s - at_s >= self._grace_s]
         for robot in gone:
             self.leave(robot)
         return gone
 
-    def place_of(self, robot: RobotId) -> int:
+    def slot_of(self, robot: RobotId) -> int:
         """Return a robot's place in the arena; raises KeyError if it has none."""
         return self.robots[robot]
 
@@ -160,16 +162,18 @@ class ArenaNode:
         self.colonies[number] = colony
         return number
 
-    def _embodied(self, place: int) -> Embodied:
-        return Embodied(place, self.world, self.tick, self._period_s, self.lockstep, self._body)
+    def _embodied(self, place: int) -> BodyGranted:
+        return BodyGranted(
+            place, self.arena_run, self.tick, self._period_s, self.lockstep, self._body
+        )
 
-    def _refused(self, reason: str) -> Refused:
+    def _refused(self, reason: str) -> BodyDenied:
         self.counts["full"] += 1
-        return Refused(reason)
+        return BodyDenied(reason)
 
     # From tick to tick ----------------------------------------------------------------------------------------------
 
-    def act(self, robot: RobotId, action: Action) -> bool:
+    def apply_action(self, robot: RobotId, action: Action) -> bool:
         """Command a robot's body within its limits; return whether it will obey, and count why not.
 
         An action answers an observation: only one that its robot had, newer than the last one answered, and in
@@ -190,7 +194,7 @@ class ArenaNode:
         self._take(place, row, action.tick)
         return True
 
-    def command(self, place: int, action: FloatArray) -> None:
+    def set_action(self, place: int, action: FloatArray) -> None:
         """Command the body of a robot of this process, whose action is known to be within limits."""
         self._take(place, action, self.tick)
 
@@ -224,9 +228,9 @@ class ArenaNode:
         is_begun = self.tick > 0 or len(self.robots) >= self.expect
         return is_begun and len(self.robots) > len(self._lost) and not any(self._awaited())
 
-    def advance(self) -> None:
+    def step(self) -> None:
         """Let one control period pass; then everybody with a body is observed."""
-        one_period(self.arena.world, self._actions, self._fresh)
+        step_world(self.arena.world, self._actions, self._fresh)
         self._fresh[:] = False
         self.tick += 1
 
@@ -238,16 +242,18 @@ class ArenaNode:
             partner = self._occupants[int(row[contract.ENCOUNTER_ROBOT])]
             if partner is not None:
                 contact = Contact(partner, int(row[contract.ENCOUNTER_NONCE]))
-        return encode(Observation(self.world, self.tick, pack_row(row), contact))
+        return encode(Observation(self.arena_run, self.tick, pack_row(row), contact))
 
-    def about(self, arena: str) -> AboutArena:
+    def metadata(self, arena: str) -> ArenaMetadata:
         """Return what an observer is told that asks what the arena is like."""
-        return AboutArena(arena, self.world, self._settings)
+        return ArenaMetadata(arena, self.arena_run, self._settings)
 
     def scene(self, arena: str, seq: int, unix_ms: int) -> Scene:
         """Return what a spectator sees: of a crowd, as many as a message holds."""
-        bodies = (Body(robot, self.colony_of(robot), place) for robot, place in self.robots.items())
-        return scene_of(self.arena.world, bodies, arena, self.world, seq, self.tick, unix_ms)
+        bodies = (
+            SceneBody(robot, self.colony_of(robot), place) for robot, place in self.robots.items()
+        )
+        return make_scene(self.arena.world, bodies, arena, self.arena_run, seq, self.tick, unix_ms)
 
     def save(self) -> dict[str, Any]:
         """Return all there is of the arena; `restore` makes one of the same config go on identically."""

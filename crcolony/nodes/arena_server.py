@@ -6,18 +6,24 @@
 from collections.abc import Callable
 
 from crcolony.nodes.arena_node import ArenaNode
-from crcolony.protocol.body_messages import Join, Leave, Refused, decode_action, decode_join
+from crcolony.protocol.body_messages import BodyDenied, Join, Leave, decode_action, decode_join
 from crcolony.protocol.codec import WireError, encode
 from crcolony.protocol.identity import RobotId
-from crcolony.rate_limit import Bucket
-from crcolony.transport.interface import Acted, Arrival, Asked, RobotGone, RobotSeen
+from crcolony.rate_limit import TokenBucket
+from crcolony.transport.interface import (
+    ActionReceived,
+    InboundEvent,
+    QueryReceived,
+    RobotOffline,
+    RobotOnline,
+)
 
 _LINES_PER_S, _ANSWERS_PER_S = 100.0, 100.0
 """What strangers can make an arena say, at most"""
 _MOST_REFUSED = 1000
 
 
-class Reception:
+class ArenaServer:
     """Carries out in an arena what arrives for it. `forget` hears who has left; `say` tells a person.
 
     `name` is what observers are told that the arena is called.
@@ -31,37 +37,37 @@ class Reception:
         name: str = "arena",
     ) -> None:
         self._node, self._forget, self._say, self._name = node, forget, say, name
-        self._lines, self._answered = Bucket(_LINES_PER_S), Bucket(_ANSWERS_PER_S)
+        self._lines, self._answered = TokenBucket(_LINES_PER_S), TokenBucket(_ANSWERS_PER_S)
         self._refused: dict[RobotId, None] = {}
         """Who was told, so that it is said once"""
         self._sessions: dict[RobotId, set[str]] = {}
         """Where every robot is on the network"""
 
-    def take(self, now_s: float, arrival: Arrival) -> None:
+    def handle_event(self, now_s: float, arrival: InboundEvent) -> None:
         """See to what has arrived."""
         match arrival:
-            case Acted(robot=robot, action=data):
+            case ActionReceived(robot=robot, action=data):
                 try:
-                    self._node.act(robot, decode_action(data))
+                    self._node.apply_action(robot, decode_action(data))
                 except WireError:
                     self._node.counts["malformed"] += 1
-            case Asked(about="join", question=question, answer=answer):
-                self._answer(now_s, question, answer)
-            case Asked(about="about", question=question, answer=answer):
-                self._answer_about(now_s, question, answer)
-            case RobotSeen(robot=robot, session=session):
+            case QueryReceived(topic="join", payload=payload, reply=reply):
+                self._answer(now_s, payload, reply)
+            case QueryReceived(topic="metadata", payload=payload, reply=reply):
+                self._answer_about(now_s, payload, reply)
+            case RobotOnline(robot=robot, session=session):
                 self._sessions.setdefault(robot, set()).add(session)
-                self._node.find(robot)
-            case RobotGone(robot=robot, session=session):
+                self._node.mark_online(robot)
+            case RobotOffline(robot=robot, session=session):
                 sessions = self._sessions.get(robot, set())
                 sessions.discard(session)
                 if not sessions:
                     self._sessions.pop(robot, None)
-                    self._node.lose(robot, now_s)
+                    self._node.mark_offline(robot, now_s)
 
-    def forget_lost(self, now_s: float) -> None:
+    def remove_absent(self, now_s: float) -> None:
         """Take the bodies away of all who have been gone for too long."""
-        for robot in self._node.forget_lost(now_s):
+        for robot in self._node.remove_absent(now_s):
             self._say(f"robot {robot.hex()[:8]} did not come back; its body is removed")
             self._forget(robot)
 
@@ -80,8 +86,8 @@ class Reception:
     def _answer_about(self, now_s: float, question: bytes, answer: Callable[[bytes], None]) -> None:
         if question:
             self._node.counts["malformed"] += 1
-        elif self._answered.take(now_s):
-            answer(encode(self._node.about(self._name)))
+        elif self._answered.allow(now_s):
+            answer(encode(self._node.metadata(self._name)))
         else:
             self._node.counts["too many"] += 1
 
@@ -98,7 +104,7 @@ class Reception:
         reply = node.join(request)
         answer(encode(reply))
         name = f"robot {robot.hex()[:8]} of colony {request.colony}"
-        if isinstance(reply, Refused):
+        if isinstance(reply, BodyDenied):
             if robot not in self._refused:
                 self._refused[robot] = None
                 self._say_of_strangers(now_s, f"{name} gets no place: {reply.reason}")
@@ -106,11 +112,11 @@ class Reception:
                     self._refused.clear()
             return
         if robot not in self._sessions:
-            node.lose(robot, now_s)  # until it is on the network
+            node.mark_offline(robot, now_s)  # until it is on the network
         if is_new:
             self._say_of_strangers(now_s, f"{name} gets place {node.robots[robot]}")
 
     def _say_of_strangers(self, now_s: float, line: str) -> None:
         """Say what anybody can make an arena say, but not without end."""
-        if self._lines.take(now_s):
+        if self._lines.allow(now_s):
             self._say(line)

@@ -12,36 +12,36 @@ import msgspec
 from crcolony.body.settings import CyberRodent
 from crcolony.compiled import FloatArray
 from crcolony.config import Config
-from crcolony.errors import Refusal
+from crcolony.errors import CrcolonyError
 from crcolony.nodes.reported_settings import settings_of_robot
 from crcolony.nodes.robot_node import RobotNode
 from crcolony.protocol.body_messages import (
     Action,
-    Embodied,
+    BodyGranted,
     Join,
     Leave,
     Observation,
+    decode_join_reply,
     decode_observation,
-    decode_place,
     pack_row,
     unpack_row,
 )
 from crcolony.protocol.codec import VERSION, WireError, encode
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import decode_scene
-from crcolony.robot.batch import habits_of
+from crcolony.robot.batch import step_parameters
 from crcolony.transport.interface import (
-    ArenaGone,
-    ArenaSeen,
-    Arrival,
-    Asked,
-    Mail,
-    Observed,
-    Placed,
-    RobotGone,
-    RobotSeen,
-    Shown,
-    StrangerSeen,
+    ArenaOffline,
+    ArenaOnline,
+    EnvelopeReceived,
+    InboundEvent,
+    IncompatiblePeer,
+    JoinReplyReceived,
+    ObservationReceived,
+    QueryReceived,
+    RobotOffline,
+    RobotOnline,
+    SceneReceived,
     Transport,
 )
 
@@ -59,14 +59,14 @@ _UNSEEN_S = 5.0
 """Who is met and not seen for so long is cut off from this robot alone: a mesh that is whole but for that stays so."""
 
 
-class TwinError(Refusal):
+class DuplicateIdentityError(CrcolonyError):
     """Another process has this robot's key, and was there first."""
 
 
 class EmbodiedRobot:
     """Drives a `RobotNode` by what arrives, for its body above all.
 
-    `wanted_place` is where in the arena it would like to be, -1 for anywhere. `come_anew` leaves the network and comes
+    `wanted_place` is where in the arena it would like to be, -1 for anywhere. `reconnect` leaves the network and comes
     back; `dropped` tells how much was lost of what came in.
     """
 
@@ -78,7 +78,7 @@ class EmbodiedRobot:
         arena: str,
         wanted_place: int,
         snapshot_s: float,
-        come_anew: Callable[[], None],
+        reconnect: Callable[[], None],
         say: Callable[[str], None] = lambda line: None,
         dropped: Callable[[], int] = lambda: 0,
         state_period_s: float = STATE_PERIOD_S,
@@ -86,13 +86,13 @@ class EmbodiedRobot:
         self.node = node
         self._transport, self._config, self._arena = transport, config, arena
         self._wanted_place = wanted_place
-        self._come_anew, self._say, self._dropped = come_anew, say, dropped
+        self._reconnect_session, self._say, self._dropped = reconnect, say, dropped
         self._anew_due_s = -math.inf
         self._unseen: dict[RobotId, float] = {}
         """Robots that were met and cannot be seen on the network, and since when"""
         self._missed: dict[RobotId, float] = {}
         """Robots that are on the network no more, and since when"""
-        self._place: Embodied | None = None
+        self._place: BodyGranted | None = None
         self._action = b""
         """For the last observation"""
         self._answer: bytes | None = None
@@ -103,20 +103,20 @@ class EmbodiedRobot:
         self._snapshot_due_s = self._complaint_due_s = math.inf
         node.settings = settings_of_robot(config, config.body)
 
-    def begin(self, now_s: float) -> None:
-        """Come to life; raises StoreError if the memory does not fit."""
+    def start(self, now_s: float) -> None:
+        """Come to life; raises StorageError if the memory does not fit."""
         self._snapshot_due_s = now_s + self._snapshot_s
         self._complaint_due_s = now_s + _SILENCE_S
-        self.node.begin(now_s)
+        self.node.start(now_s)
 
-    def leave(self) -> None:
+    def release_body(self) -> None:
         """Give the body back, unless it is a twin's."""
-        if not self.node.has_twin:
-            self._transport.join(self.node.id, encode(Leave(self.node.id)))
+        if not self.node.has_duplicate:
+            self._transport.request_body(self.node.id, encode(Leave(self.node.id)))
 
-    def say_fault(self, what: str) -> None:
+    def report_fault(self, what: str) -> None:
         """Count something outside that went wrong, tell of it, and say it."""
-        self.node.fault(what)
+        self.node.report_fault(what)
         self._say(what)
 
     @property
@@ -136,85 +136,87 @@ class EmbodiedRobot:
 
     @property
     def next_s(self) -> float:
-        """When `keep_time` has something to do."""
+        """When `handle_timers` has something to do."""
         seek_s = max(self._join_due_s, self._observed_s + _SILENCE_S)
         return min(self.node.next_s, self._state_due_s, self._snapshot_due_s, seek_s)
 
-    def take(self, now_s: float, arrival: Arrival) -> None:
-        """See to what has arrived. Raises StoreBroken when nobody knows what is on the disk."""
+    def handle_event(self, now_s: float, arrival: InboundEvent) -> None:
+        """See to what has arrived. Raises FatalStorageError when nobody knows what is on the disk."""
         node = self.node
         match arrival:
-            case Observed(observation=data):
+            case ObservationReceived(observation=data):
                 self._observe(now_s, data)
-            case Mail(letter=letter):
-                node.receive(now_s, letter)
+            case EnvelopeReceived(envelope=envelope):
+                node.handle_envelope(now_s, envelope)
                 self._answer_if_settled()
-            case RobotSeen(robot=robot, life=life, session=session):
+            case RobotOnline(robot=robot, incarnation=incarnation, session=session):
                 self._unseen.pop(robot, None)
                 self._missed.pop(robot, None)
-                node.robot_seen(now_s, robot, life, session)
+                node.handle_peer_online(now_s, robot, incarnation, session)
                 self._state_due_s = min(self._state_due_s, now_s + _NEWS_S)
-            case RobotGone(robot=robot, life=life, session=session):
-                node.robot_gone(now_s, robot, life, session)
+            case RobotOffline(robot=robot, incarnation=incarnation, session=session):
+                node.handle_peer_offline(now_s, robot, incarnation, session)
                 if robot not in node.peers and len(self._missed) < _MOST_UNSEEN:
                     self._missed[robot] = now_s
                 self._answer_if_settled()
-            case Shown(scene=scene):
+            case SceneReceived(scene=scene):
                 self._search(now_s, scene)
-            case StrangerSeen(robot=robot, version=version) if robot not in node.peers:
-                self.say_fault(
+            case IncompatiblePeer(robot=robot, version=version) if robot not in node.peers:
+                self.report_fault(
                     f"robot {robot.hex()[:8]} speaks version {version} of the protocol,"
                     f" this one speaks {VERSION}: they cannot mate"
                 )
-            case Placed(answer=answer):
-                self._embody(now_s, answer)
-            case ArenaSeen():
+            case JoinReplyReceived(reply=reply):
+                self._embody(now_s, reply)
+            case ArenaOnline():
                 self._seek(now_s)
-            case ArenaGone(world=world) if self._place and world == self._place.world:
+            case ArenaOffline(arena_run=run) if self._place and run == self._place.arena_run:
                 self._lose_body("the arena is gone")
-            case Asked(about="past", question=question, answer=answer):
-                node.answer_past(question, answer)
-            case Asked(about="about", question=question, answer=answer):
-                node.answer_about(question, answer)
+            case QueryReceived(topic="history", payload=payload, reply=answer):
+                node.reply_history(payload, answer)
+            case QueryReceived(topic="metadata", payload=payload, reply=answer):
+                node.reply_metadata(payload, answer)
 
     # The body --------------------------------------------------------------------------------------------------
 
     def _seek(self, now_s: float) -> None:
         self._join_due_s = now_s + _JOIN_RETRY_S
-        if not self.node.has_twin:  # the body belongs to whoever was there first
+        if not self.node.has_duplicate:  # the body belongs to whoever was there first
             join = Join(self.node.id, self.node.colony, self._wanted_place)
-            self._transport.join(self.node.id, encode(join))
+            self._transport.request_body(self.node.id, encode(join))
 
     def _say_if_lost(self, now_s: float, why: str) -> None:
         """Tell a person, now and then, that there is no body to live in."""
         if self._place is None and now_s >= self._complaint_due_s:
             self._complaint_due_s = now_s + _COMPLAINT_S
-            self.say_fault(why)
+            self.report_fault(why)
 
     def _embody(self, now_s: float, answer: bytes) -> None:
         try:
-            place = decode_place(answer)
-            if not isinstance(place, Embodied):
+            place = decode_join_reply(answer)
+            if not isinstance(place, BodyGranted):
                 self._say_if_lost(now_s, f"no body: arena {self._arena} is {place.reason}")
                 return
             body = msgspec.json.decode(place.body, type=CyberRodent)
         except (WireError, msgspec.DecodeError) as error:
-            self.say_fault(f"arena {self._arena}: malformed answer: {error}")
+            self.report_fault(f"arena {self._arena}: malformed answer: {error}")
             return
-        if self._place is None or place.world != self._place.world:
-            self._say(f"has body {place.place} in arena {self._arena}")
+        if self._place is None or place.arena_run != self._place.arena_run:
+            self._say(f"has body {place.slot} in arena {self._arena}")
             self._tick = -1
         self._tick = min(self._tick, place.tick)  # of a tick that is not yet, somebody lied
         self._place, self._observed_s = place, now_s
         self.node.arena = self._arena
         if self._wanted_place < 0:
-            self.node.number = place.place
-        self.node.keep_pace(place.lockstep)
-        self.node.robot.embody(habits_of(self._config.learning, self._config.life, body))
+            self.node.number = place.slot
+        self.node.set_lockstep(place.lockstep)
+        self.node.robot.set_parameters(
+            step_parameters(self._config.learning, self._config.life, body)
+        )
         self.node.settings = settings_of_robot(self._config, body)
 
     def _lose_body(self, why: str) -> None:
-        self.say_fault(f"{why}; looking for arena {self._arena}")
+        self.report_fault(f"{why}; looking for arena {self._arena}")
         self._place, self.node.arena = None, ""
 
     def _observe(self, now_s: float, data: bytes) -> None:
@@ -222,14 +224,14 @@ class EmbodiedRobot:
             observation = decode_observation(data)
             row = unpack_row(observation.row)
         except WireError as error:
-            self.node.fault(f"malformed observation: {error}")
+            self.node.report_fault(f"malformed observation: {error}")
             return
         place = self._place
-        if place is None or observation.world != place.world:
+        if place is None or observation.arena_run != place.arena_run:
             return
         if observation.tick <= self._tick:
             if observation.tick == self._tick and self._answer is not None and place.lockstep:
-                self._transport.act(self.node.id, self._answer)
+                self._transport.publish_action(self.node.id, self._answer)
             return
         self.node.period_ms = min(1000.0 * (now_s - self._observed_s), 1e9)
         self._observed_s, self._tick = now_s, observation.tick
@@ -240,7 +242,7 @@ class EmbodiedRobot:
         self._answer, self._action = None, encode(Action(observation.tick, pack_row(action)))
         if observation.contact is not None:
             self._look_for(now_s, observation.contact.robot)
-        node.attend(now_s, observation.tick, observation.contact)
+        node.handle_step_events(now_s, observation.tick, observation.contact)
         self._answer_if_settled()
 
     def _answer_if_settled(self) -> None:
@@ -253,32 +255,32 @@ class EmbodiedRobot:
         generation = node.robot.generation
         self._answer = self._action
         if node.robot.events:
-            node.finish_step()
+            node.advance_slice()
         if not self.is_done:
-            self._transport.act(node.id, self._answer)
+            self._transport.publish_action(node.id, self._answer)
         if node.robot.generation > generation:
             self._say(f"generation {node.robot.generation}, {node.matings} matings so far")
 
     # The clock -------------------------------------------------------------------------------------------------
 
-    def keep_time(self, now_s: float) -> None:
-        """Do what is due. Raises TwinError, and StoreBroken when nobody knows what is on the disk."""
+    def handle_timers(self, now_s: float) -> None:
+        """Do what is due. Raises DuplicateIdentityError, and FatalStorageError when nobody knows what is on the disk."""
         node = self.node
         if now_s >= node.next_s:
-            node.let_time_pass(now_s)
+            node.handle_timeouts(now_s)
             self._answer_if_settled()
         if now_s >= self._state_due_s:
             self._state_due_s = now_s + self._state_period_s
-            node.tell_state(self._dropped())
+            node.publish_state(self._dropped())
         if now_s >= self._join_due_s and now_s >= self._observed_s + _SILENCE_S:
             self._seek(now_s)
             self._say_if_lost(now_s, f"no body yet; looking for arena {self._arena}")
         for robot in [r for r, at_s in self._missed.items() if now_s - at_s > _FORGET_S]:
             del self._missed[robot]
-        self._transport.search(bool(self._missed))
-        twin = node.twin(now_s)
+        self._transport.subscribe_scene(bool(self._missed))
+        twin = node.duplicate_session(now_s)
         if twin is not None:
-            raise TwinError(
+            raise DuplicateIdentityError(
                 f"robot {node.id.hex()} lives already in another process (session {twin});"
                 " every robot needs a key of its own"
             )
@@ -303,7 +305,7 @@ class EmbodiedRobot:
         try:
             scene = decode_scene(data)
         except WireError as error:
-            self.node.fault(f"malformed scene: {error}")
+            self.node.report_fault(f"malformed scene: {error}")
             return
         for seen in scene.robots:
             missed_s = now_s - self._missed.get(seen.robot, now_s)
@@ -318,8 +320,8 @@ class EmbodiedRobot:
             return
         self._anew_due_s = now_s + _ANEW_S
         self._unseen.clear()
-        self.say_fault(f"{why}: coming onto the network anew")
-        self._come_anew()
+        self.report_fault(f"{why}: coming onto the network anew")
+        self._reconnect_session()
         for peer, lives in list(self.node.peers.items()):  # nobody is seen from there yet
             for life, session in list(lives):
-                self.take(now_s, RobotGone(peer, life, session))
+                self.handle_event(now_s, RobotOffline(peer, life, session))

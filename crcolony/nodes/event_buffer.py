@@ -5,16 +5,21 @@ from collections import deque
 from typing import Any
 
 from crcolony.protocol.codec import (
-    LETTER_BYTES,
+    MAX_ENVELOPE_BYTES,
     encode,
 )
-from crcolony.protocol.telemetry_messages import PAST_EVENTS, Ask, Past, Told
+from crcolony.protocol.telemetry_messages import (
+    MAX_HISTORY_EVENTS,
+    EventMessage,
+    HistoryReply,
+    HistoryRequest,
+)
 
 _RING = 10_000
 """Events that a robot keeps for observers who missed them."""
 
 
-class Ring:
+class EventBuffer:
     """The recent events of one life, encoded and numbered, for those who missed some."""
 
     def __init__(self, robot: bytes, life: int) -> None:
@@ -22,24 +27,24 @@ class Ring:
         self._robot, self._life = robot, life
         self._kept: deque[bytes] = deque(maxlen=_RING)
 
-    def add(self, event: Any, unix_ms: int) -> bytes:
+    def append(self, event: Any, unix_ms: int) -> bytes:
         """Number an event, keep it, and return it as it is published."""
         self.seq += 1
-        told = encode(Told(self._robot, self._life, self.seq, unix_ms, event))
+        told = encode(EventMessage(self._robot, self._life, self.seq, unix_ms, event))
         self._kept.append(told)
         return told
 
-    def answer(self, ask: Ask) -> Past:
+    def reply_to(self, ask: HistoryRequest) -> HistoryReply:
         """Return the events from the asked number on, as many as are kept and fit into one answer."""
         oldest = self.seq - len(self._kept) + 1
-        if ask.life != self._life:
-            return Past(self._life, oldest, [])
+        if ask.incarnation != self._life:
+            return HistoryReply(self._life, oldest, [])
         start = max(ask.first, oldest) - oldest
         told: list[bytes] = []
-        room = LETTER_BYTES
-        for data in itertools.islice(self._kept, start, start + PAST_EVENTS):
+        room = MAX_ENVELOPE_BYTES
+        for data in itertools.islice(self._kept, start, start + MAX_HISTORY_EVENTS):
             room -= len(data)
             if room < 0:
                 break
             told.append(data)
-        return Past(self._life, oldest, told)
+        return HistoryReply(self._life, oldest, told)

@@ -6,10 +6,10 @@ import msgspec
 
 from crcolony.body.settings import CyberRodent
 from crcolony.config import Config
-from crcolony.protocol.telemetry_messages import ROBOT_SETTINGS
+from crcolony.protocol.telemetry_messages import MAX_ROBOT_SETTINGS
 
 
-def settings_text(groups: Mapping[str, msgspec.Struct], most: int) -> str:
+def settings_as_json(groups: Mapping[str, msgspec.Struct], most: int) -> str:
     """Return groups of settings as a JSON object of `most` characters; the longest group is left out until it fits."""
     kept = {name: msgspec.json.encode(group) for name, group in groups.items()}
     while len(text := msgspec.json.encode({k: msgspec.Raw(v) for k, v in kept.items()})) > most:
@@ -25,4 +25,4 @@ def settings_of_robot(config: Config, body: CyberRodent) -> str:
         "life": config.life,
         "heredity": config.heredity,
     }
-    return settings_text(groups, ROBOT_SETTINGS)
+    return settings_as_json(groups, MAX_ROBOT_SETTINGS)

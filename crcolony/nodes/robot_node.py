@@ -1,7 +1,7 @@
 """A robot as a citizen of its colony: its mind, its memory and its matings, driven by observations, letters and time.
 
 No clock, no threads, no sockets: time is passed in, bytes go out through a `Transport`, and everything that must
-survive goes through a `Store`. `embodied_robot.py` gives it a body; a host runs many, and the simulation of
+survive goes through a `RobotStore`. `embodied_robot.py` gives it a body; a host runs many, and the simulation of
 `simulation/` whole colonies of them.
 """
 
@@ -17,35 +17,35 @@ import numpy as np
 from crcolony.evolution.history import Died, Event, OwnEvent, TurnedOver, born
 from crcolony.evolution.lineage import Birth
 from crcolony.evolution.population import Offspring
-from crcolony.nodes.event_buffer import Ring
-from crcolony.nodes.mating_driver import Exchanges
+from crcolony.nodes.event_buffer import EventBuffer
+from crcolony.nodes.mating_driver import MatingDriver
 from crcolony.protocol.body_messages import Contact
 from crcolony.protocol.codec import WireError, encode
-from crcolony.protocol.encounters import Limits, Note, Offer, Record
+from crcolony.protocol.encounters import EncounterRecord, MatingLimits, Offer, OutcomeReport
 from crcolony.protocol.identity import AllowList, Identity, RobotId
 from crcolony.protocol.mating_messages import pack_genes, unpack_genes
 from crcolony.protocol.telemetry_messages import (
-    PEERS_TOLD,
-    AboutRobot,
-    Ended,
+    MAX_REPORTED_PEERS,
+    EncounterOutcome,
     Exchanged,
     Fault,
     Met,
     RobotEvent,
-    State,
-    decode_ask,
+    RobotMetadata,
+    RobotState,
+    decode_history_request,
 )
 from crcolony.randomness import generator
-from crcolony.rate_limit import Bucket
-from crcolony.robot.life_records import lives_of
+from crcolony.rate_limit import TokenBucket
+from crcolony.robot.life_records import lifetimes_of
 from crcolony.robot.robot import Exchange, Robot
 from crcolony.robot.state import DIED, MET, SLICE_OVER, Robots
 from crcolony.storage.rows import Decision
-from crcolony.storage.sql import StoreError
-from crcolony.storage.store import Store, StoreFull
+from crcolony.storage.sql import StorageError
+from crcolony.storage.store import RobotStore, StorageFullError
 from crcolony.transport.interface import Transport
 
-LOCKSTEP_LIMITS = Limits(contact_s=20.0, patience_s=5.0, propose_s=20.0, doubt_s=5.0)
+LOCKSTEP_LIMITS = MatingLimits(contact_s=20.0, patience_s=5.0, propose_s=20.0, doubt_s=5.0)
 """In lockstep the arena waits, so that a slow machine must not end a mating: only a robot that is gone does."""
 
 _FAULTS_PER_S, _ANSWERS_PER_S = 10.0, 100.0
@@ -59,7 +59,7 @@ _TWIN_WITHIN_S = 10.0
 class RobotNode:
     """One robot of a colony. `batch` holds its row, `robot` is its mind.
 
-    Raises StoreError if the memory does not fit, and StoreBroken when nobody knows what is on the disk.
+    Raises StorageError if the memory does not fit, and FatalStorageError when nobody knows what is on the disk.
     """
 
     def __init__(
@@ -69,18 +69,18 @@ class RobotNode:
         number: int,
         robot: Robot,
         batch: Robots,
-        memory: Store,
+        memory: RobotStore,
         life: int,
         transport: Transport,
         allow: AllowList | None = None,
-        limits: Limits | None = None,
+        limits: MatingLimits | None = None,
         unix_s: Callable[[], float] = time.time,
         hear: Callable[[RobotEvent], None] = lambda event: None,
     ) -> None:
         self.id: RobotId = identity.id
         self.colony = colony
         self.number = number
-        self.life = life
+        self.incarnation = life
         self.robot = robot
         self.tick = 0
         """Of the last observation"""
@@ -100,19 +100,19 @@ class RobotNode:
         self._twins: dict[tuple[int, str], float] = {}
         self._begun_s = math.inf
         self._batch, self._memory, self._transport = batch, memory, transport
-        self._ring = Ring(self.id, life)
-        self._limits = limits or Limits()
+        self._ring = EventBuffer(self.id, life)
+        self._limits = limits or MatingLimits()
         self._unix_s, self._hear = unix_s, hear
-        self._told_faults, self._answered = Bucket(_FAULTS_PER_S), Bucket(_ANSWERS_PER_S)
+        self._told_faults, self._answered = TokenBucket(_FAULTS_PER_S), TokenBucket(_ANSWERS_PER_S)
         self._unsaved: list[Event] = []
         self._has_unsaved_births = False
         self._before: tuple[Any, list[Offspring], int] | None = None
-        self._exchanges = Exchanges(
+        self._exchanges = MatingDriver(
             identity,
             colony,
             robot.subpopulation.schema,
             memory,
-            transport.send,
+            transport.send_envelope,
             self,
             allow or AllowList(),
             self._limits,
@@ -130,11 +130,11 @@ class RobotNode:
         return self._captures_before + int(self._batch.captures[self.robot.row].sum())
 
     @property
-    def waiting(self) -> tuple[Record, ...]:
+    def waiting(self) -> tuple[EncounterRecord, ...]:
         """Encounters that wait for a partner."""
         return self._exchanges.mating.open
 
-    def keep_pace(self, lockstep: bool) -> None:
+    def set_lockstep(self, lockstep: bool) -> None:
         """Wait for partners as the arena's clock allows."""
         self._exchanges.mating.limits = LOCKSTEP_LIMITS if lockstep else self._limits
 
@@ -145,15 +145,15 @@ class RobotNode:
 
     @property
     def next_s(self) -> float:
-        """When `let_time_pass` has something to do."""
+        """When `handle_timeouts` has something to do."""
         return self._exchanges.mating.next_s
 
-    def begin(self, now_s: float) -> None:
+    def start(self, now_s: float) -> None:
         """Come to life: from memory, with every conception in it, or as a new robot."""
         self._begun_s = now_s
         loaded = self._memory.load()
         if loaded is None:
-            self._report_births(self.robot.begin())
+            self._report_births(self.robot.start())
             self.save()
         else:
             saved, self.tick = loaded
@@ -166,11 +166,11 @@ class RobotNode:
             self.matings, self.conceptions = saved["matings"], saved["conceptions"]
             self._captures_before = saved.get("captures", 0)
         except (IndexError, KeyError, TypeError, ValueError) as error:
-            raise StoreError(f"{self._memory.path}: does not fit this config: {error}") from None
+            raise StorageError(f"{self._memory.path}: does not fit this config: {error}") from None
         for record, decision in self._memory.decisions_since():
             self._relive(record, decision)
 
-    def _relive(self, record: Record, decision: Decision) -> None:
+    def _relive(self, record: EncounterRecord, decision: Decision) -> None:
         """Take up a decision that is younger than the snapshot."""
         self.matings += 1
         self.robot.stream[...] = np.frombuffer(decision.stream, dtype="<u8")
@@ -183,7 +183,7 @@ class RobotNode:
 
     # One control period ----------------------------------------------------------------------------------------
 
-    def attend(self, now_s: float, tick: int, contact: Contact | None) -> None:
+    def handle_step_events(self, now_s: float, tick: int, contact: Contact | None) -> None:
         """See to what happened to the robot in the control step just made, a mating first."""
         self.tick = tick
         events = self.robot.events
@@ -192,10 +192,12 @@ class RobotNode:
         # Whoever is not on the disk yet mates with nobody: after a crash its name may be another's.
         if contact is not None and events & MET and not self._has_unsaved_births:
             own = self.robot.exchange()
-            self._exchanges.meet(now_s, contact, Offer(own.agent, pack_genes(own.genes)), tick)
+            self._exchanges.handle_contact(
+                now_s, contact, Offer(own.agent, pack_genes(own.genes)), tick
+            )
             self._tell(Met(tick, contact.robot, own.agent))
 
-    def finish_step(self) -> None:
+    def advance_slice(self) -> None:
         """Hand over to the next agent where a slice is over, and turn over the generation after the last."""
         if self.robot.events & SLICE_OVER and not self.robot.hand_over():
             self._turn_over()
@@ -203,7 +205,7 @@ class RobotNode:
     def _turn_over(self) -> None:
         pool = len(self.robot.subpopulation.pool)
         self._record(TurnedOver(self.tick, self.number, self.robot.generation + 1, pool))
-        for life in lives_of(self.robot, self._batch, self.tick, self.number):
+        for life in lifetimes_of(self.robot, self._batch, self.tick, self.number):
             self._record(life)
         self._captures_before = self.captures
         self._report_births(self.robot.turn_over())
@@ -217,39 +219,39 @@ class RobotNode:
 
     # Letters, peers and time -----------------------------------------------------------------------------------
 
-    def receive(self, now_s: float, letter: bytes) -> None:
+    def handle_envelope(self, now_s: float, letter: bytes) -> None:
         """Take a letter from anybody."""
-        self._exchanges.receive(now_s, letter)
+        self._exchanges.handle_envelope(now_s, letter)
 
-    def let_time_pass(self, now_s: float) -> None:
+    def handle_timeouts(self, now_s: float) -> None:
         """Remind partners that are silent, and give up on those that are gone."""
-        self._exchanges.tick(now_s)
+        self._exchanges.handle_timeouts(now_s)
 
-    def robot_seen(self, now_s: float, peer: RobotId, life: int, session: str) -> None:
+    def handle_peer_online(self, now_s: float, peer: RobotId, life: int, session: str) -> None:
         """Hear that a robot is on the network."""
         if peer == self.id:
             was_there = now_s <= self._begun_s + _TWIN_WITHIN_S
-            if was_there and (life, session) < (self.life, self.session):
+            if was_there and (life, session) < (self.incarnation, self.session):
                 self._twins[life, session] = now_s
             return
         is_back = peer not in self.peers
         self.peers.setdefault(peer, {})[life, session] = None
         if is_back:
-            self._exchanges.partner_is_back(now_s, peer)
+            self._exchanges.handle_peer_online(now_s, peer)
 
     @property
-    def has_twin(self) -> bool:
+    def has_duplicate(self) -> bool:
         """Whether a process that was there before has this robot's key; that of a dead one goes with its lease."""
         return bool(self._twins)
 
-    def twin(self, now_s: float) -> str | None:
+    def duplicate_session(self, now_s: float) -> str | None:
         """Return the session of an older process that has this robot's key and does not go away, if there is one."""
         for (_, session), seen_s in self._twins.items():
             if now_s - seen_s > _TWIN_PATIENCE_S:
                 return session
         return None
 
-    def robot_gone(self, now_s: float, peer: RobotId, life: int, session: str) -> None:
+    def handle_peer_offline(self, now_s: float, peer: RobotId, life: int, session: str) -> None:
         """Hear that a robot, in one life, is on the network no more."""
         if peer == self.id:
             self._twins.pop((life, session), None)
@@ -257,11 +259,11 @@ class RobotNode:
         lives.pop((life, session), None)
         if peer in self.peers and not lives:
             del self.peers[peer]
-            self._exchanges.partner_is_gone(now_s, peer)
+            self._exchanges.handle_peer_offline(now_s, peer)
 
     # What a mating makes of the robot (exchanges.Parent) -------------------------------------------------------
 
-    def decide(self, record: Record) -> Decision:
+    def decide(self, record: EncounterRecord) -> Decision:
         """Decide by the energy, now, of the agent that met; an agent of an earlier generation has no offspring."""
         robot, subpopulation = self.robot, self.robot.subpopulation
         self._before = (robot.stream.copy(), list(subpopulation.pool), subpopulation.conceived)
@@ -282,7 +284,7 @@ class RobotNode:
             stream=robot.stream.astype("<u8").tobytes(),
         )
 
-    def undecide(self) -> None:
+    def rollback_decision(self) -> None:
         """Go back to before the last decision."""
         assert self._before is not None, "only a decision is taken back"
         stream, pool, conceived = self._before
@@ -290,7 +292,7 @@ class RobotNode:
         self.robot.subpopulation.pool = pool
         self.robot.subpopulation.conceived = conceived
 
-    def exchanged(self, record: Record, decision: Decision) -> None:
+    def on_mated(self, record: EncounterRecord, decision: Decision) -> None:
         """Count a mating that is on the disk, and tell of it."""
         assert record.partner is not None
         self.matings += 1
@@ -307,9 +309,11 @@ class RobotNode:
             )
         )
 
-    def noted(self, note: Note) -> None:
+    def on_outcome(self, note: OutcomeReport) -> None:
         """Tell how an encounter goes."""
-        self._tell(Ended(self.tick, note.outcome, note.peer, note.encounter, note.reason))
+        self._tell(
+            EncounterOutcome(self.tick, note.outcome, note.peer, note.encounter, note.reason)
+        )
 
     # Memory and telemetry --------------------------------------------------------------------------------------
 
@@ -324,56 +328,56 @@ class RobotNode:
         }
         try:
             self._memory.save(saved, self._unsaved, self.tick)
-        except StoreFull as error:
-            self.fault(f"not saved: {error}")
+        except StorageFullError as error:
+            self.report_fault(f"not saved: {error}")
             return False
         self._unsaved = []
         self._has_unsaved_births = False
         return True
 
-    def fault(self, what: str) -> None:
+    def report_fault(self, what: str) -> None:
         """Count something outside that went wrong, and tell of it, unless there is too much of it to tell."""
         self.faults[what.partition(":")[0]] += 1
-        if self._told_faults.take(self._unix_s()):
+        if self._told_faults.allow(self._unix_s()):
             self._tell(Fault(self.tick, what[:500]))
 
-    def answer_past(self, question: bytes, answer: Callable[[bytes], None]) -> None:
+    def reply_history(self, question: bytes, answer: Callable[[bytes], None]) -> None:
         """Answer an observer that missed events, unless the question is malformed, or one too many."""
         try:
-            ask = decode_ask(question)
+            ask = decode_history_request(question)
         except WireError as error:
-            self.fault(f"malformed question: {error}")
+            self.report_fault(f"malformed question: {error}")
             return
         if self._may_answer():
-            answer(encode(self._ring.answer(ask)))
+            answer(encode(self._ring.reply_to(ask)))
 
-    def answer_about(self, question: bytes, answer: Callable[[bytes], None]) -> None:
+    def reply_metadata(self, question: bytes, answer: Callable[[bytes], None]) -> None:
         """Answer an observer that asks what the robot is like and whom it sees, with the same limits."""
         if question:
-            self.fault("malformed question: it is not empty")
+            self.report_fault("malformed question: it is not empty")
         elif self._may_answer():
-            peers = list(itertools.islice(self.peers, PEERS_TOLD))
-            answer(encode(AboutRobot(self.id, self.life, self.settings, peers)))
+            peers = list(itertools.islice(self.peers, MAX_REPORTED_PEERS))
+            answer(encode(RobotMetadata(self.id, self.incarnation, self.settings, peers)))
 
     def _may_answer(self) -> bool:
-        may_answer = self._answered.take(self._unix_s())
+        may_answer = self._answered.allow(self._unix_s())
         if not may_answer:
-            self.fault("malformed question: too many questions")
+            self.report_fault("malformed question: too many questions")
         return may_answer
 
-    def tell_state(self, dropped: int) -> None:
+    def publish_state(self, dropped: int) -> None:
         """Tell how the robot is."""
-        self._transport.tell(self.id, "state", encode(self.state(dropped)))
+        self._transport.publish_telemetry(self.id, "state", encode(self.state(dropped)))
 
-    def state(self, dropped: int) -> State:
+    def state(self, dropped: int) -> RobotState:
         """Return how the robot is; `dropped` counts what its inbox had to let go."""
         subpopulation = self.robot.subpopulation
         counts = self.counts
-        return State(
+        return RobotState(
             robot=self.id,
             number=self.number,
             arena=self.arena,
-            life=self.life,
+            incarnation=self.incarnation,
             seq=self._ring.seq,
             unix_ms=self._unix_ms(),
             tick=self.tick,
@@ -405,7 +409,9 @@ class RobotNode:
 
     def _tell(self, event: RobotEvent) -> None:
         self._hear(event)
-        self._transport.tell(self.id, "event", self._ring.add(event, self._unix_ms()))
+        self._transport.publish_telemetry(
+            self.id, "event", self._ring.append(event, self._unix_ms())
+        )
 
     def _unix_ms(self) -> int:
         return max(0, int(1000.0 * self._unix_s()))

@@ -8,24 +8,24 @@ import numpy as np
 
 from crcolony.body import contract
 from crcolony.protocol.identity import RobotId
-from crcolony.protocol.telemetry_messages import Scene, SeenPack, SeenRobot
+from crcolony.protocol.telemetry_messages import Scene, ScenePack, SceneRobot
 from crcolony.world.state import World
 
 MOST_ROBOTS, MOST_PACKS = 1_000, 2_000
 """As many fit into a scene's bytes, however long the names of their colonies are."""
 
 
-class Body(NamedTuple):
+class SceneBody(NamedTuple):
     """Whose body is in which place of a world."""
 
     robot: RobotId
     colony: str
-    place: int
+    slot: int
 
 
-def scene_of(
+def make_scene(
     world: World,
-    bodies: Iterable[Body],
+    bodies: Iterable[SceneBody],
     arena: str,
     number: int,
     seq: int,
@@ -37,7 +37,7 @@ def scene_of(
     packs = np.hstack([world.packs, world.pack_colours, world.pack_charges[:, None]])
     return Scene(
         arena=arena,
-        world=number,
+        arena_run=number,
         seq=seq,
         tick=tick,
         unix_ms=unix_ms,
@@ -45,15 +45,15 @@ def scene_of(
         width_m=rules.width_m,
         height_m=rules.height_m,
         robots=[_seen(world, one) for one in itertools.islice(bodies, MOST_ROBOTS)],
-        packs=[SeenPack(*pack) for pack in packs[:MOST_PACKS].tolist()],
+        packs=[ScenePack(*pack) for pack in packs[:MOST_PACKS].tolist()],
     )
 
 
-def _seen(world: World, one: Body) -> SeenRobot:
-    x_m, y_m, heading_rad = world.poses[one.place].tolist()
-    action = world.actions[one.place].tolist()
+def _seen(world: World, one: SceneBody) -> SceneRobot:
+    x_m, y_m, heading_rad = world.poses[one.slot].tolist()
+    action = world.actions[one.slot].tolist()
     red, green, blue = action[contract.LED : contract.LED + 3]
-    return SeenRobot(
+    return SceneRobot(
         robot=one.robot,
         colony=one.colony,
         x_m=x_m,
@@ -63,5 +63,5 @@ def _seen(world: World, one: Body) -> SeenRobot:
         red=red,
         green=green,
         blue=blue,
-        holds=bool(world.holding[one.place] >= 0),
+        holds=bool(world.holding[one.slot] >= 0),
     )

@@ -8,14 +8,22 @@ from msgspec import Meta
 
 from crcolony.body.contract import ACTION_WIDTH, OBSERVATION_WIDTH
 from crcolony.compiled import FloatArray
-from crcolony.protocol.codec import BODY_BYTES, Door, Id, Message, Name, Tick, WireError
+from crcolony.protocol.codec import (
+    MAX_BODY_MESSAGE_BYTES,
+    Id,
+    Message,
+    Name,
+    StrictDecoder,
+    Tick,
+    WireError,
+)
 from crcolony.protocol.mating_messages import Nonce
 
-Observed = Annotated[
+ObservationRow = Annotated[
     bytes, Meta(min_length=8 * OBSERVATION_WIDTH, max_length=8 * OBSERVATION_WIDTH)
 ]
 
-Acted = Annotated[bytes, Meta(min_length=8 * ACTION_WIDTH, max_length=8 * ACTION_WIDTH)]
+ActionRow = Annotated[bytes, Meta(min_length=8 * ACTION_WIDTH, max_length=8 * ACTION_WIDTH)]
 
 
 class Join(Message, frozen=True, tag="join"):
@@ -27,21 +35,21 @@ class Join(Message, frozen=True, tag="join"):
     """The place it would like, or -1 for any"""
 
 
-class Embodied(Message, frozen=True, tag="embodied"):
+class BodyGranted(Message, frozen=True, tag="body_granted"):
     """The arena's answer: this is your body."""
 
-    place: Annotated[int, Meta(ge=0, lt=2**31)]
-    world: Annotated[int, Meta(ge=0, lt=2**62)]
+    slot: Annotated[int, Meta(ge=0, lt=2**31)]
+    arena_run: Annotated[int, Meta(ge=0, lt=2**62)]
     """Names this run of the arena; its ticks are comparable with no other's"""
     tick: Tick
     period_s: Annotated[float, Meta(gt=0.0, le=1e4)]
     lockstep: bool
     """Whether the arena waits for this robot's action"""
-    body: Annotated[str, Meta(max_length=BODY_BYTES)]
+    body: Annotated[str, Meta(max_length=MAX_BODY_MESSAGE_BYTES)]
     """What the body can do: the settings of `[body]` as JSON"""
 
 
-class Refused(Message, frozen=True, tag="refused"):
+class BodyDenied(Message, frozen=True, tag="body_denied"):
     """The arena's answer: no body for you."""
 
     reason: Annotated[str, Meta(max_length=200)]
@@ -63,9 +71,9 @@ class Contact(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_field
 class Observation(Message, frozen=True, tag="observation"):
     """What a body senses in one control period; its columns are those of `world.body.OBSERVATION`."""
 
-    world: Annotated[int, Meta(ge=0, lt=2**62)]
+    arena_run: Annotated[int, Meta(ge=0, lt=2**62)]
     tick: Tick
-    row: Observed
+    row: ObservationRow
     contact: Contact | None
 
 
@@ -73,7 +81,7 @@ class Action(Message, frozen=True, tag="action"):
     """What a robot commands; its columns are those of `world.body.ACTION`. `tick` is the observation it answers."""
 
     tick: Tick
-    row: Acted
+    row: ActionRow
 
 
 def pack_row(row: FloatArray) -> bytes:
@@ -89,10 +97,12 @@ def unpack_row(data: bytes) -> FloatArray:
     return row
 
 
-decode_join = Door[Join | Leave](Join | Leave, BODY_BYTES).decode
+decode_join = StrictDecoder[Join | Leave](Join | Leave, MAX_BODY_MESSAGE_BYTES).decode
 
-decode_place = Door[Embodied | Refused](Embodied | Refused, BODY_BYTES).decode
+decode_join_reply = StrictDecoder[BodyGranted | BodyDenied](
+    BodyGranted | BodyDenied, MAX_BODY_MESSAGE_BYTES
+).decode
 
-decode_observation = Door[Observation](Observation, BODY_BYTES).decode
+decode_observation = StrictDecoder[Observation](Observation, MAX_BODY_MESSAGE_BYTES).decode
 
-decode_action = Door[Action](Action, BODY_BYTES).decode
+decode_action = StrictDecoder[Action](Action, MAX_BODY_MESSAGE_BYTES).decode

@@ -18,11 +18,11 @@ from crcolony.protocol.identity import ID_BYTES
 VERSION = 1
 """Of the protocol; it is part of every key, so that robots of two versions never hear each other by accident."""
 
-LETTER_BYTES = 65_536
+MAX_ENVELOPE_BYTES = 65_536
 """The longest letter between robots; it leaves room for 4,096 genes."""
-BODY_BYTES = 4_096
+MAX_BODY_MESSAGE_BYTES = 4_096
 """The longest message between a robot and its body, and of one robot's telemetry."""
-SCENE_BYTES = 262_144
+MAX_SCENE_BYTES = 262_144
 """The longest scene: some thousands of robots and packs."""
 
 Id = Annotated[bytes, Meta(min_length=ID_BYTES, max_length=ID_BYTES)]
@@ -56,7 +56,7 @@ def encode(message: Any) -> bytes:
 T = TypeVar("T")
 
 
-class Door(Generic[T]):
+class StrictDecoder(Generic[T]):
     """The one way in for bytes of one kind of message."""
 
     def __init__(self, kind: Any, most_bytes: int) -> None:

@@ -9,13 +9,13 @@ from crcolony.protocol.identity import RobotId
 from crcolony.protocol.mating_messages import Encounter, MatingMessage
 
 Role = Literal["initiator", "responder"]
-State = Literal["proposed", "decided", "prepared", "mated", "aborted"]
+EncounterState = Literal["proposed", "decided", "prepared", "mated", "aborted"]
 Outcome = Literal[
     "mated", "aborted", "expired", "refused", "orphaned", "doubt", "resolved", "busy", "storage"
 ]
 
 
-class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class MatingLimits(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """How long a robot waits for its partner, and how much it keeps of it."""
 
     contact_s: float = 2.0
@@ -46,12 +46,12 @@ class Offer:
 
 
 @dataclass(frozen=True)
-class Record:
+class EncounterRecord:
     """What a robot keeps of one encounter. `proof` is the partner's signed letter, byte for byte."""
 
     encounter: Encounter
     role: Role
-    state: State
+    state: EncounterState
     nonce: int
     tick: int
     """Of the contact"""
@@ -76,11 +76,11 @@ class Record:
 class Write:
     """Persist all of `records` or none. `before` holds what each of them replaces, or None."""
 
-    records: tuple[Record, ...]
-    before: tuple[Record | None, ...]
+    records: tuple[EncounterRecord, ...]
+    before: tuple[EncounterRecord | None, ...]
 
     @property
-    def decided(self) -> Record | None:
+    def decided(self) -> EncounterRecord | None:
         """The record with which a mating takes place for this robot: the moment to decide about offspring."""
         for record, before in zip(self.records, self.before, strict=True):
             is_new = before is None or before.state in ("proposed", "prepared")
@@ -98,7 +98,7 @@ class Send:
 
 
 @dataclass(frozen=True)
-class Note:
+class OutcomeReport:
     """How an encounter goes, for observers and counters."""
 
     outcome: Outcome
@@ -107,4 +107,4 @@ class Note:
     reason: str = ""
 
 
-Effect = Write | Send | Note
+Effect = Write | Send | OutcomeReport

@@ -5,7 +5,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from crcolony.protocol.codec import LETTER_BYTES, VERSION, Door, WireError, encode
+from crcolony.protocol.codec import MAX_ENVELOPE_BYTES, VERSION, StrictDecoder, WireError, encode
 from crcolony.protocol.identity import (
     KEY_BYTES,
     SIGNATURE_BYTES,
@@ -13,40 +13,40 @@ from crcolony.protocol.identity import (
     is_signed,
     robot_id,
 )
-from crcolony.protocol.mating_messages import MatingMessage, decode_mating, sender_of
+from crcolony.protocol.mating_messages import MatingMessage, decode_mating_message, sender_of
 
 Key = Annotated[bytes, Meta(min_length=KEY_BYTES, max_length=KEY_BYTES)]
 
 Signature = Annotated[bytes, Meta(min_length=SIGNATURE_BYTES, max_length=SIGNATURE_BYTES)]
 
 
-class Letter(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
+class SignedEnvelope(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
     """A signed message between robots. The signature covers the colony's name and the content, byte for byte."""
 
-    content: Annotated[bytes, Meta(max_length=LETTER_BYTES)]
+    content: Annotated[bytes, Meta(max_length=MAX_ENVELOPE_BYTES)]
     key: Key
     signature: Signature
 
 
-def seal(message: MatingMessage, colony: str, sender: Identity) -> bytes:
+def sign_message(message: MatingMessage, colony: str, sender: Identity) -> bytes:
     """Return the signed letter that carries a message."""
     content = encode(message)
-    return encode(Letter(content, sender.public_key, sender.sign(_signed(colony, content))))
+    return encode(SignedEnvelope(content, sender.public_key, sender.sign(_signed(colony, content))))
 
 
-def open_letter(data: bytes) -> tuple[Letter, MatingMessage]:
+def open_envelope(data: bytes) -> tuple[SignedEnvelope, MatingMessage]:
     """Return a letter and the message in it, whose sender the key belongs to; the signature is not verified yet.
 
     Everything cheap is done here, so that a letter that nobody waits for costs no verification. Raises WireError.
     """
-    letter = decode_letter(data)
-    message = decode_mating(letter.content)
+    letter = decode_envelope(data)
+    message = decode_mating_message(letter.content)
     if robot_id(letter.key) != sender_of(message):
         raise WireError("the letter's key is not its sender's")
     return letter, message
 
 
-def is_genuine(letter: Letter, colony: str) -> bool:
+def has_valid_signature(letter: SignedEnvelope, colony: str) -> bool:
     """Tell whether the owner of the letter's key signed it, for this colony."""
     return is_signed(_signed(colony, letter.content), letter.signature, letter.key)
 
@@ -55,4 +55,4 @@ def _signed(colony: str, content: bytes) -> bytes:
     return b"crcolony mating %d %s\n" % (VERSION, colony.encode()) + content
 
 
-decode_letter = Door[Letter](Letter, LETTER_BYTES).decode
+decode_envelope = StrictDecoder[SignedEnvelope](SignedEnvelope, MAX_ENVELOPE_BYTES).decode

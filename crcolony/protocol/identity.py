@@ -12,7 +12,7 @@ from pathlib import Path
 from nacl import bindings
 from nacl.exceptions import BadSignatureError
 
-from crcolony.errors import Refusal
+from crcolony.errors import CrcolonyError
 
 RobotId = bytes
 """16 bytes: BLAKE2b of the public key. Shown as 32 hex digits, or its first eight."""
@@ -20,7 +20,7 @@ RobotId = bytes
 ID_BYTES, SEED_BYTES, KEY_BYTES, SIGNATURE_BYTES = 16, 32, 32, 64
 
 
-class IdentityError(Refusal):
+class IdentityError(CrcolonyError):
     """A key file or an allow-list cannot be used: the message names the file and the reason."""
 
 

@@ -27,9 +27,9 @@ class ColonyKeys:
         """The liveliness token of a robot: its key carries the incarnation and the session."""
         return f"{self._root}/alive/{robot.hex()}/{life}/{session}"
 
-    def mail(self, robot: RobotId) -> str:
-        """A robot's mailbox."""
-        return f"{self._root}/mail/{robot.hex()}"
+    def inbox(self, robot: RobotId) -> str:
+        """A robot's inbox."""
+        return f"{self._root}/inbox/{robot.hex()}"
 
     def state(self, robot: RobotId) -> str:
         """Where a robot publishes its state."""
@@ -39,13 +39,13 @@ class ColonyKeys:
         """Where a robot publishes its events."""
         return f"{self._root}/event/{robot.hex()}"
 
-    def past(self, robot: RobotId) -> str:
+    def history(self, robot: RobotId) -> str:
         """Where a robot is asked for events that were missed."""
-        return f"{self._root}/past/{robot.hex()}"
+        return f"{self._root}/history/{robot.hex()}"
 
-    def about(self, robot: RobotId) -> str:
+    def metadata(self, robot: RobotId) -> str:
         """Where a robot is asked what it is like, and whom it sees."""
-        return f"{self._root}/about/{robot.hex()}"
+        return f"{self._root}/metadata/{robot.hex()}"
 
 
 class ArenaKeys:
@@ -56,7 +56,7 @@ class ArenaKeys:
         self.all_alive = f"{self._root}/alive/*/*"
         self.join = f"{self._root}/join"
         self.scene = f"{self._root}/scene"
-        self.about = f"{self._root}/about"
+        self.metadata = f"{self._root}/metadata"
         """Where it is asked what it is like"""
         self.all_actions = f"{self._root}/body/*/action"
 
@@ -93,7 +93,7 @@ class RobotToken(NamedTuple):
 
     colony: str
     robot: RobotId
-    life: int
+    incarnation: int
     session: str
 
 
@@ -101,21 +101,21 @@ class ArenaToken(NamedTuple):
     """What the key of an arena's liveliness token says."""
 
     arena: str
-    world: int
+    arena_run: int
     session: str
 
 
-def robot_token(key: str) -> RobotToken | None:
+def parse_robot_token(key: str) -> RobotToken | None:
     """Return what a robot's token says, or None if it is none."""
     match chunks(key):
         case ["colony", colony, "alive", name, number, session]:
-            robot, life = robot_in(name), _number_in(number, _LIFE_BELOW)
+            robot, life = parse_robot_id(name), _number_in(number, _LIFE_BELOW)
             if robot is not None and life is not None and _are_names(colony, session):
                 return RobotToken(colony, robot, life, session)
     return None
 
 
-def arena_token(key: str) -> ArenaToken | None:
+def parse_arena_token(key: str) -> ArenaToken | None:
     """Return what an arena's token says, or None if it is none."""
     match chunks(key):
         case ["arena", arena, "alive", number, session]:
@@ -125,28 +125,28 @@ def arena_token(key: str) -> ArenaToken | None:
     return None
 
 
-def robot_topic(key: str, topic: str) -> tuple[str, RobotId] | None:
-    """Return the colony and the robot that a key of this topic (state, event, past, about) names, or None."""
+def parse_robot_topic(key: str, topic: str) -> tuple[str, RobotId] | None:
+    """Return the colony and the robot that a key of this topic (state, event, history, metadata) names, or None."""
     match chunks(key):
-        case ["colony", colony, about, name] if about == topic and _are_names(colony):
-            robot = robot_in(name)
+        case ["colony", colony, found, name] if found == topic and _are_names(colony):
+            robot = parse_robot_id(name)
             return None if robot is None else (colony, robot)
     return None
 
 
-def arena_topic(key: str, topic: str) -> str | None:
-    """Return the arena that a key of this topic (scene, about) names, or None."""
+def parse_arena_topic(key: str, topic: str) -> str | None:
+    """Return the arena that a key of this topic (scene, metadata) names, or None."""
     match chunks(key):
-        case ["arena", arena, about] if about == topic and _are_names(arena):
+        case ["arena", arena, found] if found == topic and _are_names(arena):
             return arena
     return None
 
 
-def stranger_in(key: str) -> tuple[RobotId, int] | None:
+def parse_incompatible_peer(key: str) -> tuple[RobotId, int] | None:
     """Return the robot whose token this is and the version of the protocol that it speaks, if it is another one."""
     match key.split("/"):
         case ["crcolony", number, "colony", _, "alive", name, _, _]:
-            robot, version = robot_in(name), _number_in(number, _VERSION_BELOW)
+            robot, version = parse_robot_id(name), _number_in(number, _VERSION_BELOW)
             if robot is not None and version not in (None, VERSION):
                 return robot, version or 0
     return None
@@ -157,7 +157,7 @@ def chunks(key: str) -> list[str]:
     return key.removeprefix(f"{ROOT}/").split("/")
 
 
-def robot_in(chunk: str) -> RobotId | None:
+def parse_robot_id(chunk: str) -> RobotId | None:
     """Return the robot that a chunk of a key names, or None if it names none."""
     try:
         robot = bytes.fromhex(chunk)

@@ -38,13 +38,13 @@ from typing import Literal
 
 from crcolony.protocol.encounters import (
     Effect,
-    Limits,
-    Note,
+    EncounterRecord,
+    EncounterState,
+    MatingLimits,
     Offer,
     Outcome,
-    Record,
+    OutcomeReport,
     Send,
-    State,
     Write,
 )
 from crcolony.protocol.identity import RobotId
@@ -74,7 +74,7 @@ class _Contact:
 class _Open:
     """An encounter that waits for its partner."""
 
-    record: Record
+    record: EncounterRecord
     remind_at_s: float
     give_up_at_s: float
     retry_s: float
@@ -87,13 +87,13 @@ class _Open:
 
 
 @dataclass
-class Mating:
+class MatingStateMachine:
     """All matings of one robot. `life` is on disk before this exists; `records` and `marks` come from there."""
 
     me: RobotId
-    life: int
+    incarnation: int
     schema: bytes
-    limits: Limits = field(default_factory=Limits)
+    limits: MatingLimits = field(default_factory=MatingLimits)
     _count: int = 0
     _contacts: dict[RobotId, _Contact] = field(default_factory=dict)
     _open: dict[Encounter, _Open] = field(default_factory=dict)
@@ -105,7 +105,7 @@ class Mating:
     def restore(
         self,
         now_s: float,
-        records: Iterable[Record],
+        records: Iterable[EncounterRecord],
         marks: Mapping[RobotId, tuple[tuple[int, int], bool]],
     ) -> None:
         """Take up what is on disk: encounters that wait, and every initiator's last number and whether it mated."""
@@ -116,7 +116,7 @@ class Mating:
             if has_mated:
                 self._mated[peer] = number
 
-    def copy(self) -> "Mating":
+    def copy(self) -> "MatingStateMachine":
         """Return a mating in the same state that goes its own way."""
         other = copy.copy(self)
         other._contacts, other._open = self._contacts.copy(), self._open.copy()
@@ -134,7 +134,7 @@ class Mating:
         return self.is_engaged or bool(self._contacts)
 
     @property
-    def open(self) -> tuple[Record, ...]:
+    def open(self) -> tuple[EncounterRecord, ...]:
         """The encounters that wait for their partner."""
         return tuple(waiting.record for waiting in self._open.values())
 
@@ -164,7 +164,7 @@ class Mating:
             nonce = waiting.record.nonce if waiting else self._nonce_with(peer)
             return nonce == message.nonce
         if isinstance(message, Accept):
-            return encounter.number <= (self.life, self._count)
+            return encounter.number <= (self.incarnation, self._count)
         if isinstance(message, Commit):
             return (
                 encounter in self._open or self._mated.get(encounter.initiator) == encounter.number
@@ -173,14 +173,16 @@ class Mating:
 
     # What happens to a robot -----------------------------------------------------------------------------------
 
-    def meet(self, now_s: float, peer: RobotId, nonce: int, own: Offer, tick: int) -> list[Effect]:
+    def handle_contact(
+        self, now_s: float, peer: RobotId, nonce: int, own: Offer, tick: int
+    ) -> list[Effect]:
         """Note a contact that the own body reported, and propose, or wait for the other to propose."""
         patience_s = 0.0 if self.me < peer else self.limits.patience_s
         contact = _Contact(nonce, own, tick, now_s + patience_s, now_s + self.limits.contact_s)
         self._contacts[peer] = contact
         return self._remind_all(now_s, peer) + self._propose_due(now_s)
 
-    def receive(self, now_s: float, message: MatingMessage, letter: bytes) -> list[Effect]:
+    def handle_message(self, now_s: float, message: MatingMessage, letter: bytes) -> list[Effect]:
         """Take a message whose signature (of `letter`) is verified."""
         if not self.expects(message):
             return []
@@ -202,7 +204,7 @@ class Mating:
                 return self._close(waiting, "mated")
         return []
 
-    def tick(self, now_s: float) -> list[Effect]:
+    def handle_timeouts(self, now_s: float) -> list[Effect]:
         """Let time pass: remind silent partners, give up on those too long away, forget old contacts."""
         effects: list[Effect] = []
         for peer, contact in list(self._contacts.items()):
@@ -215,11 +217,11 @@ class Mating:
                 effects += self.remind(now_s, encounter)
         return effects + self._propose_due(now_s)
 
-    def partner_is_back(self, now_s: float, peer: RobotId) -> list[Effect]:
+    def handle_peer_online(self, now_s: float, peer: RobotId) -> list[Effect]:
         """Resolve at once what waited for a robot that was away."""
         return self._remind_all(now_s, peer)
 
-    def partner_is_gone(self, now_s: float, peer: RobotId) -> list[Effect]:
+    def handle_peer_offline(self, now_s: float, peer: RobotId) -> list[Effect]:
         """Be free for others; what is prepared or decided stays, since a silent partner may have decided."""
         self._contacts.pop(peer, None)
         effects: list[Effect] = []
@@ -258,7 +260,7 @@ class Mating:
         self._open[encounter] = self._waiting(orphan, now_s, doubted=True)
         return [Write((orphan,), (record,)), self._note("orphaned", orphan)]
 
-    def undo(self, now_s: float, write: Write) -> list[Effect]:
+    def rollback(self, now_s: float, write: Write) -> list[Effect]:
         """Go back to what was before a write that the disk did not take; nothing of it has been said."""
         effects: list[Effect] = []
         for record, before in zip(write.records, write.before, strict=True):
@@ -283,8 +285,8 @@ class Mating:
                 continue
             del self._contacts[peer]
             self._count += 1
-            encounter = Encounter(self.me, peer, self.life, self._count)
-            record = Record(
+            encounter = Encounter(self.me, peer, self.incarnation, self._count)
+            record = EncounterRecord(
                 encounter, "initiator", "proposed", contact.nonce, contact.tick, contact.own
             )
             self._open[encounter] = self._waiting(record, now_s)
@@ -314,7 +316,7 @@ class Mating:
         if self._is_busy(peer, outdated):
             return [self._note_peer("busy", peer), Send(peer, Refuse(encounter, "busy"))]
         self._contacts.pop(peer, None)
-        record = Record(
+        record = EncounterRecord(
             encounter, "responder", "prepared", met.nonce, met.tick, met.own,
             Offer(message.agent, message.genes), letter,
         )  # fmt: skip
@@ -375,7 +377,7 @@ class Mating:
 
     # Small things ----------------------------------------------------------------------------------------------
 
-    def _say(self, record: Record) -> Send:
+    def _say(self, record: EncounterRecord) -> Send:
         """Return what a robot says in this state: once, and again at every reminder."""
         encounter, own = record.encounter, record.own
         match record.state:
@@ -392,7 +394,7 @@ class Mating:
             case _:
                 raise AssertionError(f"a {record.state} encounter waits for nothing")
 
-    def _waiting(self, record: Record, now_s: float, doubted: bool = False) -> _Open:
+    def _waiting(self, record: EncounterRecord, now_s: float, doubted: bool = False) -> _Open:
         limits = self.limits
         first_s = limits.doubt_s if record.state == "prepared" else limits.retry_s
         give_up_s = limits.propose_s if record.state == "proposed" else limits.orphan_s
@@ -400,7 +402,7 @@ class Mating:
             first_s, give_up_s = limits.longest_retry_s, float("inf")
         return _Open(record, now_s + first_s, now_s + give_up_s, first_s, doubted)
 
-    def _is_busy(self, peer: RobotId, outdated: Record | None) -> bool:
+    def _is_busy(self, peer: RobotId, outdated: EncounterRecord | None) -> bool:
         """Whether a new encounter with this robot must wait: another is under way, or there are too many."""
         engaged = any(w.is_engaging and w.record is not outdated for w in self._open.values())
         is_unresolved = any(
@@ -417,13 +419,13 @@ class Mating:
         proposal = self._proposal_to(peer)
         return proposal.nonce if proposal else None
 
-    def _proposal_to(self, peer: RobotId) -> Record | None:
+    def _proposal_to(self, peer: RobotId) -> EncounterRecord | None:
         return self._find(peer, "proposed")
 
-    def _prepared_for(self, peer: RobotId) -> Record | None:
+    def _prepared_for(self, peer: RobotId) -> EncounterRecord | None:
         return self._find(peer, "prepared")
 
-    def _find(self, peer: RobotId, state: State) -> Record | None:
+    def _find(self, peer: RobotId, state: EncounterState) -> EncounterRecord | None:
         for waiting in self._open.values():
             if waiting.record.peer == peer and waiting.record.state == state:
                 return waiting.record
@@ -442,8 +444,8 @@ class Mating:
             effects += self.remind(now_s, encounter)
         return effects
 
-    def _note(self, outcome: Outcome, record: Record, reason: str = "") -> Note:
-        return Note(outcome, record.peer, record.encounter, reason)
+    def _note(self, outcome: Outcome, record: EncounterRecord, reason: str = "") -> OutcomeReport:
+        return OutcomeReport(outcome, record.peer, record.encounter, reason)
 
-    def _note_peer(self, outcome: Outcome, peer: RobotId, reason: str = "") -> Note:
-        return Note(outcome, peer, None, reason)
+    def _note_peer(self, outcome: Outcome, peer: RobotId, reason: str = "") -> OutcomeReport:
+        return OutcomeReport(outcome, peer, None, reason)

@@ -8,7 +8,14 @@ from msgspec import Meta
 
 from crcolony.compiled import FloatArray
 from crcolony.evolution.genotype import GenotypeError, Schema
-from crcolony.protocol.codec import LETTER_BYTES, Door, Id, Message, Ordinal, WireError
+from crcolony.protocol.codec import (
+    MAX_ENVELOPE_BYTES,
+    Id,
+    Message,
+    Ordinal,
+    StrictDecoder,
+    WireError,
+)
 
 Nonce = Annotated[int, Meta(ge=0, lt=2**48)]
 
@@ -28,13 +35,13 @@ class Encounter(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fie
 
     initiator: Id
     responder: Id
-    life: Ordinal
+    incarnation: Ordinal
     count: Ordinal
 
     @property
     def number(self) -> tuple[int, int]:
         """What grows from one proposal of the initiator to its next."""
-        return self.life, self.count
+        return self.incarnation, self.count
 
 
 class Propose(Message, frozen=True, tag="propose"):
@@ -117,5 +124,5 @@ def unpack_genes(data: bytes, schema: Schema) -> FloatArray:
     return genes
 
 
-decode_mating = Door[MatingMessage](MatingMessage, LETTER_BYTES).decode
+decode_mating_message = StrictDecoder[MatingMessage](MatingMessage, MAX_ENVELOPE_BYTES).decode
 """Of the content of a letter"""

@@ -1,7 +1,7 @@
 """What a robot and an arena tell whoever watches: a state at a fixed rate, and every event with a number.
 
 Telemetry may be lost. Events of one life of a robot are numbered without gaps, and a state names the last of them, so
-an observer knows what it missed and can ask for it: `Past` answers from the robot's ring of recent events.
+an observer knows what it missed and can ask for it: `HistoryReply` answers from the robot's ring of recent events.
 """
 
 from typing import Annotated
@@ -11,27 +11,27 @@ from msgspec import Meta
 
 from crcolony.evolution.history import Born, Died, Lived, TurnedOver
 from crcolony.protocol.codec import (
-    BODY_BYTES,
-    LETTER_BYTES,
-    SCENE_BYTES,
-    Door,
+    MAX_BODY_MESSAGE_BYTES,
+    MAX_ENVELOPE_BYTES,
+    MAX_SCENE_BYTES,
     Id,
     Message,
     Name,
     Ordinal,
+    StrictDecoder,
     Tick,
 )
 from crcolony.protocol.encounters import Outcome
 from crcolony.protocol.mating_messages import AgentName, Encounter
 
-STALE_S = 2.0
+SILENT_AFTER_S = 2.0
 """A robot that has said nothing for so long is silent; its state comes several times as often."""
 
-PAST_EVENTS = 64
+MAX_HISTORY_EVENTS = 64
 """Events in one answer, at most."""
-PEERS_TOLD = 1000
+MAX_REPORTED_PEERS = 1000
 """Of the robots that one sees, it names so many."""
-ROBOT_SETTINGS, ARENA_SETTINGS = 8_192, 32_768
+MAX_ROBOT_SETTINGS, MAX_ARENA_SETTINGS = 8_192, 32_768
 """Characters of the settings that one tells of itself; an arena's obstacles may be many."""
 
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
@@ -40,7 +40,7 @@ Metres = Annotated[float, Meta(ge=-1e6, le=1e6)]
 Size = Annotated[float, Meta(gt=0.0, le=1e6)]
 Count = Annotated[int, Meta(ge=0, lt=2**53)]
 UnixMs = Annotated[int, Meta(ge=0, lt=2**53)]
-World = Annotated[int, Meta(ge=0, lt=2**62)]
+ArenaRun = Annotated[int, Meta(ge=0, lt=2**62)]
 
 
 class Met(Message, frozen=True, tag="Met"):
@@ -63,7 +63,7 @@ class Exchanged(Message, frozen=True, tag="Exchanged"):
     too_late: bool
 
 
-class Ended(Message, frozen=True, tag="Ended"):
+class EncounterOutcome(Message, frozen=True, tag="EncounterOutcome"):
     """Something became of an encounter."""
 
     tick: Tick
@@ -80,27 +80,27 @@ class Fault(Message, frozen=True, tag="Fault"):
     what: Annotated[str, Meta(max_length=500)]
 
 
-RobotEvent = Born | Died | Lived | TurnedOver | Met | Exchanged | Ended | Fault
+RobotEvent = Born | Died | Lived | TurnedOver | Met | Exchanged | EncounterOutcome | Fault
 
 
-class Told(Message, frozen=True, tag="told"):
+class EventMessage(Message, frozen=True, tag="event"):
     """One event of a robot; `seq` counts from 1 in every life."""
 
     robot: Id
-    life: Ordinal
+    incarnation: Ordinal
     seq: Count
     unix_ms: UnixMs
     event: RobotEvent
 
 
-class State(Message, frozen=True, tag="state"):
+class RobotState(Message, frozen=True, tag="state"):
     """How a robot is, a few times a second."""
 
     robot: Id
     number: Annotated[int, Meta(ge=0, lt=2**31)]
     arena: Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.-]{0,64}\Z")]
     """Where its body is; empty: it has none"""
-    life: Ordinal
+    incarnation: Ordinal
     seq: Count
     """Its last event"""
     unix_ms: UnixMs
@@ -131,42 +131,42 @@ class State(Message, frozen=True, tag="state"):
     """Between its last two observations"""
 
 
-class Ask(Message, frozen=True, tag="ask"):
+class HistoryRequest(Message, frozen=True, tag="history_request"):
     """An observer asks for the events of a life from one number on."""
 
-    life: Ordinal
+    incarnation: Ordinal
     first: Count
 
 
-class Past(Message, frozen=True, tag="past"):
-    """The answer: encoded `Told` in order, as many as are kept and fit; `oldest` is the first number still kept."""
+class HistoryReply(Message, frozen=True, tag="history_reply"):
+    """The answer: encoded `EventMessage` in order, as many as are kept and fit; `oldest` is the first number still kept."""
 
-    life: Ordinal
+    incarnation: Ordinal
     oldest: Count
-    events: Annotated[list[bytes], Meta(max_length=PAST_EVENTS)]
+    events: Annotated[list[bytes], Meta(max_length=MAX_HISTORY_EVENTS)]
 
 
-class AboutRobot(Message, frozen=True, tag="about_robot"):
+class RobotMetadata(Message, frozen=True, tag="robot_metadata"):
     """What a robot answers whoever asks about it: what seldom changes."""
 
     robot: Id
-    life: Ordinal
-    settings: Annotated[str, Meta(max_length=ROBOT_SETTINGS)]
+    incarnation: Ordinal
+    settings: Annotated[str, Meta(max_length=MAX_ROBOT_SETTINGS)]
     """A JSON object of the groups body (the one it has, as its arena told), learning, life and heredity"""
-    peers: Annotated[list[Id], Meta(max_length=PEERS_TOLD)]
+    peers: Annotated[list[Id], Meta(max_length=MAX_REPORTED_PEERS)]
     """Whom it sees on the network now"""
 
 
-class AboutArena(Message, frozen=True, tag="about_arena"):
+class ArenaMetadata(Message, frozen=True, tag="arena_metadata"):
     """What an arena answers whoever asks about it."""
 
     arena: Name
-    world: World
-    settings: Annotated[str, Meta(max_length=ARENA_SETTINGS)]
+    arena_run: ArenaRun
+    settings: Annotated[str, Meta(max_length=MAX_ARENA_SETTINGS)]
     """A JSON object of the groups arena and body"""
 
 
-class SeenRobot(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
+class SceneRobot(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
     """A body in the arena."""
 
     robot: Id
@@ -181,7 +181,7 @@ class SeenRobot(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fie
     holds: bool
 
 
-class SeenPack(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
+class ScenePack(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
     """A battery pack."""
 
     x_m: Metres
@@ -196,21 +196,23 @@ class Scene(Message, frozen=True, tag="scene"):
     """The arena as it is, a few times a second. `seq` counts the scenes of this run of the arena."""
 
     arena: Name
-    world: World
+    arena_run: ArenaRun
     seq: Count
     tick: Tick
     unix_ms: UnixMs
     period_s: Annotated[float, Meta(gt=0.0, le=1e4)]
     width_m: Size
     height_m: Size
-    robots: Annotated[list[SeenRobot], Meta(max_length=4096)]
-    packs: Annotated[list[SeenPack], Meta(max_length=4096)]
+    robots: Annotated[list[SceneRobot], Meta(max_length=4096)]
+    packs: Annotated[list[ScenePack], Meta(max_length=4096)]
 
 
-decode_told = Door[Told](Told, LETTER_BYTES).decode
-decode_state = Door[State](State, BODY_BYTES).decode
-decode_ask = Door[Ask](Ask, BODY_BYTES).decode
-decode_past = Door[Past](Past, 2 * LETTER_BYTES).decode
-decode_about_robot = Door[AboutRobot](AboutRobot, LETTER_BYTES).decode
-decode_about_arena = Door[AboutArena](AboutArena, LETTER_BYTES).decode
-decode_scene = Door[Scene](Scene, SCENE_BYTES).decode
+decode_event = StrictDecoder[EventMessage](EventMessage, MAX_ENVELOPE_BYTES).decode
+decode_state = StrictDecoder[RobotState](RobotState, MAX_BODY_MESSAGE_BYTES).decode
+decode_history_request = StrictDecoder[HistoryRequest](
+    HistoryRequest, MAX_BODY_MESSAGE_BYTES
+).decode
+decode_history_reply = StrictDecoder[HistoryReply](HistoryReply, 2 * MAX_ENVELOPE_BYTES).decode
+decode_robot_metadata = StrictDecoder[RobotMetadata](RobotMetadata, MAX_ENVELOPE_BYTES).decode
+decode_arena_metadata = StrictDecoder[ArenaMetadata](ArenaMetadata, MAX_ENVELOPE_BYTES).decode
+decode_scene = StrictDecoder[Scene](Scene, MAX_SCENE_BYTES).decode

@@ -4,7 +4,7 @@ _GOLDEN = 0.6180339887498949
 """Multiples of it, but for their whole parts, are spread evenly from 0 to 1, as are every second, third … of them"""
 
 
-class Thinning:
+class Downsampler:
     """Keeps about so many bytes a second. How much is too much is known from the second before."""
 
     def __init__(self, bytes_per_s: int) -> None:
@@ -16,7 +16,7 @@ class Thinning:
         """Of what comes, to be kept"""
         self._count = 0
 
-    def keeps(self, size: int, unix_ms: int) -> bool:
+    def should_keep(self, size: int, unix_ms: int) -> bool:
         """Tell whether to keep so many bytes that came at that time."""
         second = unix_ms // 1000
         if second != self._second:

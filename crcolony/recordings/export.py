@@ -10,21 +10,21 @@ poses, packs                               where everything was, in every scene
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
-from crcolony.errors import Refusal
+from crcolony.errors import CrcolonyError
 from crcolony.evolution.history import Born
 from crcolony.protocol import key_expressions
-from crcolony.protocol.telemetry_messages import Scene, State
+from crcolony.protocol.telemetry_messages import RobotState, Scene
 from crcolony.recordings.gene_columns import GeneColumns
 from crcolony.recordings.parquet import TableFile, table_files
 from crcolony.recordings.past_run import read_run
 from crcolony.recordings.resimulation import HistoryDiffersError, Windows, from_history
-from crcolony.recordings.sources import abouts_of, heard_of
+from crcolony.recordings.sources import metadata_samples_of, samples_of
 from crcolony.recordings.tables import EVENTS, TABLES, event_row, pack_rows, pose_rows, state_row
-from crcolony.telemetry.colony_monitor import Heard, Watch
-from crcolony.telemetry.status_changes import Happened
+from crcolony.telemetry.colony_monitor import ColonyMonitor, TelemetrySample
+from crcolony.telemetry.status_changes import EventReceived
 
 
-class ExportError(Refusal):
+class ExportError(CrcolonyError):
     """Tables cannot be written: the message says why."""
 
 
@@ -34,17 +34,17 @@ def export(
     windows: Windows | None = None,
     say: Callable[[str], None] = lambda line: None,
 ) -> list[Path]:
-    """Write the tables of a recording or a run (as `heard_of` takes it) into a folder; return the files.
+    """Write the tables of a recording or a run (as `samples_of` takes it) into a folder; return the files.
 
     A run that turns out not to be the same when it is lived again is told from its history; that is said. Raises
-    ExportError, and what `heard_of` raises.
+    ExportError, and what `samples_of` raises.
     """
     check_pyarrow()
     genes = GeneColumns()
-    for about in abouts_of(path):
+    for about in metadata_samples_of(path):
         genes.learn(about)
     try:
-        return write_tables(heard_of(path, windows), genes, out)
+        return write_tables(samples_of(path, windows), genes, out)
     except HistoryDiffersError as error:
         say(f"{error}; what is exported is from its history alone, without poses")
         return write_tables(from_history(read_run(path)), genes, out)
@@ -59,7 +59,7 @@ def check_pyarrow() -> None:
     assert pyarrow.parquet
 
 
-def write_tables(heard: Iterable[Heard], genes: GeneColumns, out: Path) -> list[Path]:
+def write_tables(heard: Iterable[TelemetrySample], genes: GeneColumns, out: Path) -> list[Path]:
     """Write what was heard into a folder, all tables or none; return the files. Raises ExportError."""
     births = {**TABLES["births"], **dict.fromkeys(genes.names, "double")}
     try:
@@ -70,21 +70,23 @@ def write_tables(heard: Iterable[Heard], genes: GeneColumns, out: Path) -> list[
     return [out / f"{name}.parquet" for name in TABLES]
 
 
-def _fill(files: Mapping[str, TableFile], genes: GeneColumns, all_heard: Iterable[Heard]) -> None:
+def _fill(
+    files: Mapping[str, TableFile], genes: GeneColumns, all_heard: Iterable[TelemetrySample]
+) -> None:
     """Put all that a watcher believes into its table, once."""
-    watch = Watch()
+    watch = ColonyMonitor()
     for heard in all_heard:
         before = _latest(watch, heard)
-        for news in watch.take(heard):
-            if isinstance(news, Happened):
-                told = news.told
+        for news in watch.handle_sample(heard):
+            if isinstance(news, EventReceived):
+                told = news.message
                 row = event_row(told, watch.robots[told.robot].colony, heard.unix_ms)
                 is_birth = isinstance(told.event, Born)
                 files[EVENTS[type(told.event)]].add(genes.spread(told, row) if is_birth else row)
         latest = _latest(watch, heard)
         if latest is before:
             continue
-        if isinstance(latest, State):
+        if isinstance(latest, RobotState):
             colony = watch.robots[latest.robot].colony
             files["states"].add(state_row(latest, colony, heard.unix_ms))
         elif isinstance(latest, Scene):
@@ -92,13 +94,13 @@ def _fill(files: Mapping[str, TableFile], genes: GeneColumns, all_heard: Iterabl
             files["packs"].add_all(pack_rows(latest, heard.unix_ms))
 
 
-def _latest(watch: Watch, heard: Heard) -> State | Scene | None:
+def _latest(watch: ColonyMonitor, heard: TelemetrySample) -> RobotState | Scene | None:
     """Return the state or scene that is known of whom this is about."""
     if heard.kind == "state":
-        _, robot = key_expressions.robot_topic(heard.key, "state") or ("", b"")
+        _, robot = key_expressions.parse_robot_topic(heard.key, "state") or ("", b"")
         watched = watch.robots.get(robot)
         return watched.state if watched is not None else None
     if heard.kind == "scene":
-        arena = watch.arenas.get(key_expressions.arena_topic(heard.key, "scene") or "")
+        arena = watch.arenas.get(key_expressions.parse_arena_topic(heard.key, "scene") or "")
         return arena.scene if arena is not None else None
     return None

@@ -14,11 +14,11 @@ from urllib.parse import quote
 import msgspec
 
 from crcolony.config import Config, load
-from crcolony.errors import Refusal
+from crcolony.errors import CrcolonyError
 from crcolony.evolution.history import Born, Died, Event, Lived, Mated, TurnedOver
 from crcolony.protocol.identity import ID_BYTES, RobotId, seeded
-from crcolony.storage.reading import read_memory
-from crcolony.storage.sql import StoreError
+from crcolony.storage.reading import read_stored_robot
+from crcolony.storage.sql import StorageError
 
 COLONY = "colony"
 """What a colony is called that nobody has named"""
@@ -32,7 +32,7 @@ _TABLES: tuple[tuple[str, type[Event], int], ...] = (
 """Of a history, and what comes first in a tick"""
 
 
-class PastRunError(Refusal):
+class PastRunError(CrcolonyError):
     """A results folder does not tell of its run: the message names the file and the reason."""
 
 
@@ -102,9 +102,9 @@ def _ids(names: list[str]) -> tuple[RobotId, ...]:
 
 def _colony_of(folder: Path) -> str:
     """Return the colony's name, which robots remember."""
-    for memory in sorted(folder.glob("robots/*/memory.sqlite")):
-        with contextlib.suppress(StoreError):  # the next one remembers it as well
-            colony = read_memory(memory).colony
+    for memory in sorted(folder.glob("robots/*/robot.sqlite")):
+        with contextlib.suppress(StorageError):  # the next one remembers it as well
+            colony = read_stored_robot(memory).colony
             if colony is not None:
                 return colony
     return COLONY

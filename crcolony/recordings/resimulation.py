@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 from crcolony.config import Config, ConfigError
 from crcolony.evolution.history import Born, Event, HistoryHash
-from crcolony.in_process.colony import EmbeddedColony
-from crcolony.nodes.reported_settings import settings_of_robot, settings_text
-from crcolony.protocol.telemetry_messages import ARENA_SETTINGS
+from crcolony.in_process.colony import InProcessColony
+from crcolony.nodes.reported_settings import settings_as_json, settings_of_robot
+from crcolony.protocol.telemetry_messages import MAX_ARENA_SETTINGS
 from crcolony.recordings.past_run import PastRun, PastRunError, read_history
-from crcolony.recordings.synthetic_telemetry import Condition, Narrator
-from crcolony.telemetry.colony_monitor import Heard
+from crcolony.recordings.synthetic_telemetry import RobotSnapshot, SyntheticTelemetry
+from crcolony.telemetry.colony_monitor import TelemetrySample
 
 _STATE_S, _COARSE_STATE_S = 0.5, 60.0
 """How often robots tell how they are, of the colony's time, in windows and beside them"""
@@ -38,7 +38,7 @@ class Windows:
     """Of the colony's time"""
 
 
-def resimulate(run: PastRun, windows: Windows | None = None) -> Iterator[Heard]:
+def resimulate(run: PastRun, windows: Windows | None = None) -> Iterator[TelemetrySample]:
     """Live a run again, as far as its folder says, and yield what would have been heard of it.
 
     Raises PastRunError if nobody can live it again, and in the end HistoryDiffersError if it was not the same.
@@ -64,15 +64,15 @@ class _Resimulation:
         self._state_ticks = max(1, round(_STATE_S / period_s))
         self._coarse_ticks = _coarse_ticks(run.config, run.generations)
         try:
-            self._colony = EmbeddedColony(run.config, self._events.append)
+            self._colony = InProcessColony(run.config, self._events.append)
         except ValueError as error:
             raise ConfigError(f"{run.folder}: {error}") from None
 
-    def live(self) -> Iterator[Heard]:
+    def live(self) -> Iterator[TelemetrySample]:
         """Yield what is heard, from the beginning to the end; raises HistoryDiffersError there."""
         colony, run = self._colony, self._run
         yield from _begin(self._narrator, run.config)
-        colony.begin()
+        colony.start()
         yield from self._tell()
         yield from self._states()
         generation, born_tick = 0, 0
@@ -101,19 +101,19 @@ class _Resimulation:
         last = self._run.config.generations or math.inf
         return self._is_whole or self._colony.generation > min(self._run.generations, last - 1)
 
-    def _tell(self) -> Iterator[Heard]:
+    def _tell(self) -> Iterator[TelemetrySample]:
         """Tell what has happened, up to the end of the run; events that are left then were not part of it."""
         while self._events and not self._is_whole:
             event = self._events.pop(0)
             self._hash.add(event)
             self._is_whole = str(self._hash) == self._run.history_hash
-            yield from self._narrator.tell(event)
+            yield from self._narrator.event_samples(event)
 
-    def _states(self) -> Iterator[Heard]:
+    def _states(self) -> Iterator[TelemetrySample]:
         colony, batch = self._colony, self._colony.batch
         for robot in colony.robots:
             row, subpopulation = robot.row, robot.subpopulation
-            condition = Condition(
+            condition = RobotSnapshot(
                 agent=subpopulation.ids[robot.agent],
                 energy=robot.energy,
                 module=int(batch.module[row]),
@@ -123,37 +123,37 @@ class _Resimulation:
             yield self._narrator.state(row, colony.tick, condition)
 
 
-def beginning_of(run: PastRun) -> Iterator[Heard]:
+def initial_samples(run: PastRun) -> Iterator[TelemetrySample]:
     """Yield what is heard of any run first: who is there, and what they are like."""
     return _begin(_narrator_of(run), run.config)
 
 
-def from_history(run: PastRun) -> Iterator[Heard]:
+def from_history(run: PastRun) -> Iterator[TelemetrySample]:
     """Yield what is known of a run from its history alone: events, and a state of each robot at its turnovers.
 
     Where robots were, who was in control and how hungry is not in it. Raises PastRunError.
     """
     narrator = _narrator_of(run)
     yield from _begin(narrator, run.config)
-    newborn = Condition("", run.config.life.initial_energy, -1, captures=0, pool=0)
+    newborn = RobotSnapshot("", run.config.life.initial_energy, -1, captures=0, pool=0)
     for tick, events in itertools.groupby(read_history(run.history), lambda event: event.tick):
         turned_over: dict[int, None] = {}
         for event in events:
-            yield from narrator.tell(event)
+            yield from narrator.event_samples(event)
             if isinstance(event, Born) and event.robot < len(run.robots):
                 turned_over[event.robot] = None
         for number in turned_over:
             yield narrator.state(number, tick, newborn)
 
 
-def _narrator_of(run: PastRun) -> Narrator:
+def _narrator_of(run: PastRun) -> SyntheticTelemetry:
     period_s = run.config.arena.control_period_s
-    return Narrator(run.colony, run.robots, run.start_unix_ms, period_s)
+    return SyntheticTelemetry(run.colony, run.robots, run.start_unix_ms, period_s)
 
 
-def _begin(narrator: Narrator, config: Config) -> Iterator[Heard]:
-    nature = settings_text({"arena": config.arena, "body": config.body}, ARENA_SETTINGS)
-    return narrator.begin(settings_of_robot(config, config.body), nature)
+def _begin(narrator: SyntheticTelemetry, config: Config) -> Iterator[TelemetrySample]:
+    nature = settings_as_json({"arena": config.arena, "body": config.body}, MAX_ARENA_SETTINGS)
+    return narrator.start(settings_of_robot(config, config.body), nature)
 
 
 def _chosen(windows: Windows, run: PastRun) -> frozenset[int]:

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from crcolony.recordings.past_run import PastRunError, read_run
-from crcolony.recordings.resimulation import Windows, beginning_of, from_history, resimulate
-from crcolony.recordings.telemetry_file import FILE_NAME, read_heard
-from crcolony.telemetry.colony_monitor import Heard
+from crcolony.recordings.resimulation import Windows, from_history, initial_samples, resimulate
+from crcolony.recordings.telemetry_file import TELEMETRY_FILE, read_samples
+from crcolony.telemetry.colony_monitor import TelemetrySample
 
 
-def heard_of(path: Path, windows: Windows | None = None) -> Iterator[Heard]:
+def samples_of(path: Path, windows: Windows | None = None) -> Iterator[TelemetrySample]:
     """Yield what was heard of a run: `path` is a telemetry file, or a folder with one, or a results folder.
 
     `windows` say what of a run that is lived again is shown in full. Raises TelemetryError, PastRunError or
@@ -17,7 +17,7 @@ def heard_of(path: Path, windows: Windows | None = None) -> Iterator[Heard]:
     """
     file = _recording_in(path)
     if file is not None:
-        return read_heard(file)
+        return read_samples(file)
     run = read_run(path)
     return resimulate(run, windows) if run.is_repeatable else from_history(run)
 
@@ -27,15 +27,15 @@ def is_recorded(path: Path) -> bool:
     return _recording_in(path) is not None
 
 
-def abouts_of(path: Path) -> Iterator[Heard]:
-    """Yield what robots and arenas of a run have answered about themselves; raises as `heard_of` does."""
+def metadata_samples_of(path: Path) -> Iterator[TelemetrySample]:
+    """Yield what robots and arenas of a run have answered about themselves; raises as `samples_of` does."""
     file = _recording_in(path)
-    heard = beginning_of(read_run(path)) if file is None else read_heard(file, ["about"])
-    return (one for one in heard if one.kind == "about")
+    heard = initial_samples(read_run(path)) if file is None else read_samples(file, ["metadata"])
+    return (one for one in heard if one.kind == "metadata")
 
 
 def _recording_in(path: Path) -> Path | None:
     if not path.exists():
         raise PastRunError(f"{path}: there is no such file or folder")
-    file = path / FILE_NAME if path.is_dir() else path
+    file = path / TELEMETRY_FILE if path.is_dir() else path
     return file if file.is_file() else None

@@ -7,22 +7,22 @@ from typing import TypeVar
 import msgspec
 
 from crcolony.evolution.history import Born, Event, Lived, Mated, TurnedOver
-from crcolony.nodes.scene import Body, scene_of
+from crcolony.nodes.scene import SceneBody, make_scene
 from crcolony.protocol.codec import encode
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
 from crcolony.protocol.mating_messages import Encounter
 from crcolony.protocol.telemetry_messages import (
-    PEERS_TOLD,
-    AboutArena,
-    AboutRobot,
+    MAX_REPORTED_PEERS,
+    ArenaMetadata,
+    EventMessage,
     Exchanged,
     Met,
     RobotEvent,
-    State,
-    Told,
+    RobotMetadata,
+    RobotState,
 )
-from crcolony.telemetry.colony_monitor import Heard
+from crcolony.telemetry.colony_monitor import TelemetrySample
 from crcolony.world.state import World
 
 ARENA, WORLD, LIFE = "arena", 0, 0
@@ -35,7 +35,7 @@ OneEvent = TypeVar("OneEvent", bound=Event)
 
 
 @dataclass(frozen=True)
-class Condition:
+class RobotSnapshot:
     """How a robot is at one moment, as far as its events do not tell."""
 
     agent: str
@@ -61,7 +61,7 @@ class _Account:
     proposals: int = 0
 
 
-class Narrator:
+class SyntheticTelemetry:
     """Tells of robots that are known by their numbers; `robots` are their ids.
 
     Tick 0 is at `start_unix_ms`, and a tick takes `period_s`.
@@ -71,26 +71,26 @@ class Narrator:
         self, colony: str, robots: Sequence[RobotId], start_unix_ms: int, period_s: float
     ) -> None:
         self._robots = tuple(robots)
-        self._bodies = [Body(robot, colony, place) for place, robot in enumerate(robots)]
+        self._bodies = [SceneBody(robot, colony, place) for place, robot in enumerate(robots)]
         self._keys, self._arena = ColonyKeys(colony), ArenaKeys(ARENA)
         self._start_unix_ms, self._period_s = start_unix_ms, period_s
         self._accounts = [_Account() for _ in robots]
         self._scenes = 0
 
-    def begin(self, robot_settings: str, arena_settings: str) -> Iterator[Heard]:
+    def start(self, robot_settings: str, arena_settings: str) -> Iterator[TelemetrySample]:
         """Let arena and robots come onto the network, and say what they are like: settings as JSON."""
         unix_ms = self._unix_ms(0)
-        yield Heard("alive", self._arena.alive(WORLD, _SESSION), b"", unix_ms)
+        yield TelemetrySample("alive", self._arena.alive(WORLD, _SESSION), b"", unix_ms)
         for robot in self._robots:
-            yield Heard("alive", self._keys.alive(robot, LIFE, _SESSION), b"", unix_ms)
-        nature = AboutArena(ARENA, WORLD, arena_settings)
-        yield Heard("about", self._arena.about, encode(nature), unix_ms)
+            yield TelemetrySample("alive", self._keys.alive(robot, LIFE, _SESSION), b"", unix_ms)
+        nature = ArenaMetadata(ARENA, WORLD, arena_settings)
+        yield TelemetrySample("metadata", self._arena.metadata, encode(nature), unix_ms)
         for robot in self._robots:
-            peers = [peer for peer in self._robots if peer != robot][:PEERS_TOLD]
-            about = AboutRobot(robot, LIFE, robot_settings, peers)
-            yield Heard("about", self._keys.about(robot), encode(about), unix_ms)
+            peers = [peer for peer in self._robots if peer != robot][:MAX_REPORTED_PEERS]
+            about = RobotMetadata(robot, LIFE, robot_settings, peers)
+            yield TelemetrySample("metadata", self._keys.metadata(robot), encode(about), unix_ms)
 
-    def tell(self, event: Event) -> Iterator[Heard]:
+    def event_samples(self, event: Event) -> Iterator[TelemetrySample]:
         """Tell an event; of a mating both robots tell. Of a robot that has no id nothing is told."""
         if isinstance(event, Mated):
             yield from self._tell_mating(named(event, self._robots))
@@ -102,7 +102,7 @@ class Narrator:
                 account.captures += event.captures
             yield self._told(event.robot, named(event, self._robots))
 
-    def _tell_mating(self, mated: Mated) -> Iterator[Heard]:
+    def _tell_mating(self, mated: Mated) -> Iterator[TelemetrySample]:
         numbers = (mated.robot, mated.partner_robot)
         if not all(map(self._knows, numbers)):
             return
@@ -128,22 +128,22 @@ class Narrator:
             exchanged = Exchanged(mated.tick, encounter, agent, partner, energy, conceived, False)
             yield self._told(numbers[own], exchanged)
 
-    def _told(self, number: int, event: RobotEvent) -> Heard:
+    def _told(self, number: int, event: RobotEvent) -> TelemetrySample:
         robot, account = self._robots[number], self._accounts[number]
         account.seq += 1
         unix_ms = self._unix_ms(event.tick)
-        told = Told(robot, LIFE, account.seq, unix_ms, event)
-        return Heard("event", self._keys.event(robot), encode(told), unix_ms)
+        told = EventMessage(robot, LIFE, account.seq, unix_ms, event)
+        return TelemetrySample("event", self._keys.event(robot), encode(told), unix_ms)
 
-    def state(self, number: int, tick: int, condition: Condition) -> Heard:
+    def state(self, number: int, tick: int, condition: RobotSnapshot) -> TelemetrySample:
         """Tell how a robot is."""
         robot, account = self._robots[number], self._accounts[number]
         unix_ms = self._unix_ms(tick)
-        state = State(
+        state = RobotState(
             robot=robot,
             number=number,
             arena=ARENA,
-            life=LIFE,
+            incarnation=LIFE,
             seq=account.seq,
             unix_ms=unix_ms,
             tick=tick,
@@ -164,14 +164,14 @@ class Narrator:
             faults=0,
             period_ms=1000.0 * self._period_s,
         )
-        return Heard("state", self._keys.state(robot), encode(state), unix_ms)
+        return TelemetrySample("state", self._keys.state(robot), encode(state), unix_ms)
 
-    def scene(self, world: World, tick: int) -> Heard:
+    def scene(self, world: World, tick: int) -> TelemetrySample:
         """Tell how the arena is."""
         self._scenes += 1
         unix_ms = self._unix_ms(tick)
-        scene = scene_of(world, self._bodies, ARENA, WORLD, self._scenes, tick, unix_ms)
-        return Heard("scene", self._arena.scene, encode(scene), unix_ms)
+        scene = make_scene(world, self._bodies, ARENA, WORLD, self._scenes, tick, unix_ms)
+        return TelemetrySample("scene", self._arena.scene, encode(scene), unix_ms)
 
     def _knows(self, number: int) -> bool:
         return 0 <= number < len(self._robots)

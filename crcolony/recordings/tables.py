@@ -13,15 +13,15 @@ from msgspec import inspect
 from crcolony.evolution.history import Born, Died, Lived, TurnedOver
 from crcolony.protocol.mating_messages import Encounter
 from crcolony.protocol.telemetry_messages import (
-    Ended,
+    EncounterOutcome,
+    EventMessage,
     Exchanged,
     Fault,
     Met,
+    RobotState,
     Scene,
-    SeenPack,
-    SeenRobot,
-    State,
-    Told,
+    ScenePack,
+    SceneRobot,
 )
 
 Columns = Mapping[str, str]
@@ -38,7 +38,7 @@ _TYPES: dict[type, str] = {
     inspect.LiteralType: "string",
     inspect.BytesType: "string",
 }
-_OF_ENCOUNTERS = {"life": "encounter_life", "count": "encounter_count"}
+_OF_ENCOUNTERS = {"incarnation": "encounter_incarnation", "count": "encounter_count"}
 _NO_ENCOUNTER = (None,) * len(Encounter.__struct_fields__)
 _OF_EVENTS = {"robot": "number"}
 """A robot's number in its colony; `robot` is its id"""
@@ -84,7 +84,7 @@ _TELLER = {
     **_HEARD,
     "colony": "string",
     "robot": "string",
-    "life": "int64",
+    "incarnation": "int64",
     "seq": "int64",
     "unix_ms": "int64",
 }
@@ -95,27 +95,27 @@ EVENTS: dict[type, str] = {
     Lived: "lives",
     Died: "deaths",
     TurnedOver: "turnovers",
-    Ended: "outcomes",
+    EncounterOutcome: "outcomes",
     Fault: "faults",
 }
 """Which table holds which events; of a mating each of the two robots tells its side"""
 
 TABLES: dict[str, Columns] = {
-    "states": {**_HEARD, "colony": "string", **dict(_columns(State))},
+    "states": {**_HEARD, "colony": "string", **dict(_columns(RobotState))},
     **{name: {**_TELLER, **dict(_columns(kind, _OF_EVENTS))} for kind, name in EVENTS.items()},
-    "poses": {**_HEARD, **dict(_columns(Scene)), **dict(_columns(SeenRobot))},
-    "packs": {**_HEARD, **dict(_columns(Scene)), "pack": "int64", **dict(_columns(SeenPack))},
+    "poses": {**_HEARD, **dict(_columns(Scene)), **dict(_columns(SceneRobot))},
+    "packs": {**_HEARD, **dict(_columns(Scene)), "pack": "int64", **dict(_columns(ScenePack))},
 }
 
 
-def state_row(state: State, colony: str, heard_unix_ms: int) -> Row:
+def state_row(state: RobotState, colony: str, heard_unix_ms: int) -> Row:
     """Return a row of `states`."""
     return (heard_unix_ms, colony, *_values(state))
 
 
-def event_row(told: Told, colony: str, heard_unix_ms: int) -> Row:
+def event_row(told: EventMessage, colony: str, heard_unix_ms: int) -> Row:
     """Return a row of the event's table."""
-    head = (told.robot.hex(), told.life, told.seq, told.unix_ms)
+    head = (told.robot.hex(), told.incarnation, told.seq, told.unix_ms)
     return (heard_unix_ms, colony, *head, *_values(told.event))
 
 

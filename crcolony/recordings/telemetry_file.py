@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import get_args
 from urllib.parse import quote
 
-from crcolony.errors import Refusal
+from crcolony.errors import CrcolonyError
 from crcolony.recordings.disk_space import check_room
-from crcolony.recordings.downsampling import Thinning
-from crcolony.telemetry.colony_monitor import Heard, Kind
+from crcolony.recordings.downsampling import Downsampler
+from crcolony.telemetry.colony_monitor import SampleKind, TelemetrySample
 
-FILE_NAME = "telemetry.sqlite"
+TELEMETRY_FILE = "telemetry.sqlite"
 """Of the recording in a folder"""
 SCENE_BYTES_PER_S = 100_000
 """So much of the scenes is kept: all ten a second of a few robots, and one or so of a thousand"""
@@ -28,7 +28,7 @@ _PAGE = 256
 _BESIDE_DATA = 100
 """Bytes that a row takes beside its data, more or less"""
 
-KINDS: tuple[Kind, ...] = get_args(Kind)
+KINDS: tuple[SampleKind, ...] = get_args(SampleKind)
 """All there is to hear"""
 _META = {"application": "crcolony telemetry", "version": "1"}
 _TABLES = """
@@ -46,7 +46,7 @@ _ALIVE = """
 """
 
 
-class TelemetryError(Refusal):
+class TelemetryError(CrcolonyError):
     """A telemetry file cannot be read or written: the message names the file and the reason."""
 
 
@@ -58,9 +58,9 @@ class TelemetryFile:
         self.dropped = 0
         """What was not recorded, since too much was heard between two commits"""
         self._database: sqlite3.Connection | None = database
-        self._waiting: list[Heard] = []
+        self._waiting: list[TelemetrySample] = []
         self._bytes = 0
-        self._thinning = Thinning(SCENE_BYTES_PER_S)
+        self._thinning = Downsampler(SCENE_BYTES_PER_S)
 
     @classmethod
     def open(cls, path: Path) -> "TelemetryFile":
@@ -86,12 +86,12 @@ class TelemetryFile:
             raise _cannot_be_written(path, error) from None
         return cls(path, database)
 
-    def hear(self, heard: Heard) -> None:
+    def add(self, heard: TelemetrySample) -> None:
         """Take what was heard; it is on the disk after the next commit. Of too many scenes some are left out."""
         if self._database is None:
             return
         size = len(heard.data) + _BESIDE_DATA
-        if heard.kind == "scene" and not self._thinning.keeps(size, heard.unix_ms):
+        if heard.kind == "scene" and not self._thinning.should_keep(size, heard.unix_ms):
             return
         if self._bytes + size > _MOST_WAITING:
             self.dropped += 1
@@ -129,7 +129,7 @@ class TelemetryFile:
         self._database = None
 
 
-def read_heard(path: Path, kinds: Collection[Kind] = KINDS) -> Iterator[Heard]:
+def read_samples(path: Path, kinds: Collection[SampleKind] = KINDS) -> Iterator[TelemetrySample]:
     """Yield what was heard, in order, also what is recorded meanwhile; of some kinds or all.
 
     Raises TelemetryError naming the file.
@@ -185,19 +185,19 @@ def _end_tokens(database: sqlite3.Connection) -> None:
         (unix_ms,) = database.execute(
             "SELECT unix_ms FROM heard ORDER BY rowid DESC LIMIT 1"
         ).fetchone()
-        gone = [_row(Heard("gone", key, b"", unix_ms)) for (key,) in alive]
+        gone = [_row(TelemetrySample("gone", key, b"", unix_ms)) for (key,) in alive]
         database.executemany("INSERT INTO heard VALUES (?, ?, ?, ?)", gone)
 
 
-def _row(heard: Heard) -> tuple[int, str, str, bytes]:
+def _row(heard: TelemetrySample) -> tuple[int, str, str, bytes]:
     return heard.unix_ms, heard.kind, heard.key, heard.data
 
 
-def _heard(row: tuple[int, int, Kind, str, bytes], path: Path) -> Heard:
+def _heard(row: tuple[int, int, SampleKind, str, bytes], path: Path) -> TelemetrySample:
     number, unix_ms, kind, key, data = row
     if kind not in KINDS or not isinstance(key, str) or not isinstance(data, bytes):
         raise TelemetryError(f"{path}: damaged: row {number} is nothing that was heard")
-    return Heard(kind, key, data, unix_ms)
+    return TelemetrySample(kind, key, data, unix_ms)
 
 
 def _cannot_be_written(path: Path, error: OSError | sqlite3.Error) -> TelemetryError:

@@ -21,7 +21,7 @@ def summarise(
     Matings, captures and conceptions are per agent; energy is the mean over the steps lived; starved is the share
     of agents that died; `foraging.alpha q50` and the like are quantiles of a gene over all agents.
     """
-    lived = np.maximum(batch.lived, 1)
+    lived = np.maximum(batch.steps_alive, 1)
     agents = batch.matings.size
     row: dict[str, float] = {
         "generation": generation,
@@ -29,8 +29,8 @@ def summarise(
         "matings": float(batch.matings.mean()),
         "captures": float(batch.captures.mean()),
         "conceptions": sum(robot.subpopulation.conceived for robot in robots) / agents,
-        "energy": float((batch.felt / lived).mean()),
-        "lived_steps": float(batch.lived.mean()),
+        "energy": float((batch.energy_sum / lived).mean()),
+        "lived_steps": float(batch.steps_alive.mean()),
         "starved": float((batch.energies <= 0.0).mean()),
         "mating_share": float(batch.used[:, :, -1].sum() / max(batch.used.sum(), 1)),
     }

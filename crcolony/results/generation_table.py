@@ -7,24 +7,24 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from crcolony.storage.files import ResultsError, replace_file
+from crcolony.storage.files import FolderError, replace_file
 
 
 def write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write a table by generation; raises ResultsError."""
+    """Write a table by generation; raises FolderError."""
     try:
         replace_file(path, lambda file: file.write(_as_csv(rows)))
     except OSError as error:
-        raise ResultsError(f"{path}: cannot be written: {error.strerror}") from None
+        raise FolderError(f"{path}: cannot be written: {error.strerror}") from None
 
 
 def read_table(path: Path) -> list[dict[str, str]]:
-    """Read a table by generation; raises ResultsError if it cannot be read."""
+    """Read a table by generation; raises FolderError if it cannot be read."""
     try:
         with path.open(newline="", encoding="utf-8") as file:
             return list(csv.DictReader(file))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise ResultsError(f"{path}: cannot be read: {error}") from None
+        raise FolderError(f"{path}: cannot be read: {error}") from None
 
 
 def _as_csv(rows: Sequence[Mapping[str, Any]]) -> bytes:

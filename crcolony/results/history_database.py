@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 
 from crcolony.evolution.history import Born, Died, Event, Lived, Mated, TurnedOver
-from crcolony.storage.files import ResultsError
+from crcolony.storage.files import FolderError
 
 TABLES = {
     Born: "births",
@@ -23,7 +23,7 @@ _SQL_TYPES = {int: "INTEGER", float: "REAL", bool: "INTEGER", bytes: "BLOB"}
 
 
 def write_history(path: Path, events: Sequence[Event]) -> None:
-    """Write a history that is complete into a database of its own, as that of a run; raises ResultsError."""
+    """Write a history that is complete into a database of its own, as that of a run; raises FolderError."""
     draft = path.with_name(path.name + ".part")
     draft.unlink(missing_ok=True)
     try:
@@ -32,7 +32,7 @@ def write_history(path: Path, events: Sequence[Event]) -> None:
             _insert(database, events)
         draft.replace(path)
     except (OSError, sqlite3.Error) as error:
-        raise ResultsError(f"{path}: cannot be written: {error}") from None
+        raise FolderError(f"{path}: cannot be written: {error}") from None
 
 
 def _make_tables(database: sqlite3.Connection) -> None:

@@ -15,11 +15,11 @@ import numpy as np
 from crcolony.config import Config, ConfigError, load
 from crcolony.evolution.history import Born, Lived
 from crcolony.protocol.codec import WireError
-from crcolony.protocol.encounters import Record
-from crcolony.protocol.envelope import is_genuine, open_letter
+from crcolony.protocol.encounters import EncounterRecord
+from crcolony.protocol.envelope import has_valid_signature, open_envelope
 from crcolony.protocol.mating_messages import Accept, Propose, pack_genes
 from crcolony.robot.genes import agent_schema
-from crcolony.storage.reading import Memory, read_memory
+from crcolony.storage.reading import StoredRobot, read_stored_robot
 from crcolony.storage.rows import Decision
 
 _COLONY = "colony"
@@ -39,8 +39,8 @@ class Row:
 
 
 def inspect_memory(path: Path, table: str | None) -> None:
-    """Print what a robot remembers, or one table of it as comma-separated values; raises StoreError."""
-    memory = read_memory(path)
+    """Print what a robot remembers, or one table of it as comma-separated values; raises StorageError."""
+    memory = read_stored_robot(path)
     if table is None:
         print("\n".join(_in_words(memory)))
         return
@@ -59,13 +59,13 @@ def inspect_memory(path: Path, table: str | None) -> None:
 # In words -----------------------------------------------------------------------------------------------------------
 
 
-def _in_words(memory: Memory) -> Iterator[str]:
+def _in_words(memory: StoredRobot) -> Iterator[str]:
     yield f"memory of robot {memory.robot.hex()}"
     if memory.taken is None or memory.tick is None:
-        yield f"life {memory.life}, nothing saved yet"
+        yield f"incarnation {memory.incarnation}, nothing saved yet"
     else:
         when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(memory.taken))
-        yield f"life {memory.life}, generation {memory.generation}, saved {when} at tick {memory.tick}"
+        yield f"incarnation {memory.incarnation}, generation {memory.generation}, saved {when} at tick {memory.tick}"
     yield from _matings_in_words(memory)
     yield from _open_in_words(memory)
     yield f"offspring pool: {len(memory.pool)} for the next generation"
@@ -73,7 +73,7 @@ def _in_words(memory: Memory) -> Iterator[str]:
     yield from _lineage_in_words(memory)
 
 
-def _matings_in_words(memory: Memory) -> Iterator[str]:
+def _matings_in_words(memory: StoredRobot) -> Iterator[str]:
     states = Counter(record.state for record, _ in memory.matings)
     named = ", ".join(f"{count} {state}" for state, count in states.most_common())
     yield f"encounters: {len(memory.matings)}" + (f" ({named})" if named else "")
@@ -90,7 +90,7 @@ def _matings_in_words(memory: Memory) -> Iterator[str]:
         yield f"  {peer.hex()[:8]}: {_counted(count, 'mating')}, {conceived[peer]} offspring"
 
 
-def _open_in_words(memory: Memory) -> Iterator[str]:
+def _open_in_words(memory: StoredRobot) -> Iterator[str]:
     waiting = [record for record, _ in memory.matings if record.waits]
     yield f"open encounters: {len(waiting)}"
     for record in waiting:
@@ -99,7 +99,7 @@ def _open_in_words(memory: Memory) -> Iterator[str]:
         yield f"  with {record.peer.hex()[:8]} since tick {record.tick}: {what}{orphaned}"
 
 
-def _proofs_in_words(memory: Memory) -> str:
+def _proofs_in_words(memory: StoredRobot) -> str:
     colony = _colony_of(memory)
     proofs = Counter(proof_of(record, colony) for record, _ in memory.matings if record.proof)
     if not proofs:
@@ -112,7 +112,7 @@ def _proofs_in_words(memory: Memory) -> str:
     return told
 
 
-def _lineage_in_words(memory: Memory) -> Iterator[str]:
+def _lineage_in_words(memory: StoredRobot) -> Iterator[str]:
     births = {event.agent: event for event in memory.events if isinstance(event, Born)}
     if not births:
         yield "lineage: nobody is born yet"
@@ -141,14 +141,14 @@ def _counted(count: int, what: str) -> str:
     return f"{count} {what}" + ("" if count == 1 else "s")
 
 
-def _colony_of(memory: Memory) -> str:
+def _colony_of(memory: StoredRobot) -> str:
     return memory.colony or _COLONY
 
 
-def proof_of(record: Record, colony: str) -> Proof:
+def proof_of(record: EncounterRecord, colony: str) -> Proof:
     """Tell whether the partner's letter says what the record says, and whether it is signed for this colony."""
     try:
-        letter, message = open_letter(record.proof)
+        letter, message = open_envelope(record.proof)
     except WireError:
         return "doctored"
     expected = Propose if record.role == "responder" else Accept
@@ -160,7 +160,7 @@ def proof_of(record: Record, colony: str) -> Proof:
         or (message.agent, message.genes) != (partner.agent, partner.genes)
     ):
         return "doctored"
-    return "signed" if is_genuine(letter, colony) else "other"
+    return "signed" if has_valid_signature(letter, colony) else "other"
 
 
 # As a table ---------------------------------------------------------------------------------------------------------
@@ -168,16 +168,16 @@ def proof_of(record: Record, colony: str) -> Proof:
 Table = tuple[Sequence[str], list[Row]]
 
 
-def _matings(memory: Memory) -> Table:
+def _matings(memory: StoredRobot) -> Table:
     columns = (
-        "tick", "role", "state", "orphaned", "partner_robot", "life", "count", "agent",
+        "tick", "role", "state", "orphaned", "partner_robot", "incarnation", "count", "agent",
         "partner", "letter", "energy", "conceived", "too_late", "step",
     )  # fmt: skip
     colony = _colony_of(memory)
     return columns, [_mating_row(record, decision, colony) for record, decision in memory.matings]
 
 
-def _mating_row(record: Record, decision: Decision | None, colony: str) -> Row:
+def _mating_row(record: EncounterRecord, decision: Decision | None, colony: str) -> Row:
     """Return an encounter, with the genes of the offspring if it led to one."""
     encounter, partner = record.encounter, record.partner
     own: list[object] = [
@@ -186,7 +186,7 @@ def _mating_row(record: Record, decision: Decision | None, colony: str) -> Row:
         record.state,
         int(record.orphaned),
         record.peer.hex(),
-        encounter.life,
+        encounter.incarnation,
         encounter.count,
         record.own.agent,
         partner.agent if partner else "",
@@ -198,7 +198,7 @@ def _mating_row(record: Record, decision: Decision | None, colony: str) -> Row:
     return Row(own + decided, decision.child)
 
 
-def _births(memory: Memory) -> Table:
+def _births(memory: StoredRobot) -> Table:
     columns = ("tick", "generation", "agent", "mother", "father", "genotype")
     return columns, [
         Row([b.tick, b.generation, b.agent, b.mother, b.father, b.genotype], b.genes)
@@ -207,7 +207,7 @@ def _births(memory: Memory) -> Table:
     ]
 
 
-def _lives(memory: Memory) -> Table:
+def _lives(memory: StoredRobot) -> Table:
     columns = ("tick", "generation", "agent", "steps", "energy", "captures", "matings")
     return columns, [
         Row([getattr(event, name) for name in columns])
@@ -216,14 +216,14 @@ def _lives(memory: Memory) -> Table:
     ]
 
 
-def _pool(memory: Memory) -> Table:
+def _pool(memory: StoredRobot) -> Table:
     return ("step", "mother", "father"), [
         Row([child.step, child.mother, child.father], pack_genes(child.genes))
         for child in memory.pool
     ]
 
 
-_TABLES: dict[str, Callable[[Memory], Table]] = {
+_TABLES: dict[str, Callable[[StoredRobot], Table]] = {
     "matings": _matings,
     "births": _births,
     "lives": _lives,

@@ -27,13 +27,13 @@ from crcolony.evolution.history import Event, HistoryHash
 from crcolony.results.generation_table import _append, _as_csv, read_table
 from crcolony.results.history_database import TABLES, _insert, _make_tables
 from crcolony.storage.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
-from crcolony.storage.files import ResultsError, replace_file
+from crcolony.storage.files import FolderError, replace_file
 
 _PACKAGES = ("crcolony", "numpy", "numba", "pymunk", "msgspec")
 
 
-class Results:
-    """Writes a run into its folder; raises ResultsError when the outside (disk, files) refuses."""
+class RunFolder:
+    """Writes a run into its folder; raises FolderError when the outside (disk, files) refuses."""
 
     def __init__(self, folder: Path, config: Config) -> None:
         self.folder = folder
@@ -50,9 +50,9 @@ class Results:
             self.folder.mkdir(parents=True, exist_ok=True)
             is_empty = not any(self.folder.iterdir())
         except OSError as error:
-            raise ResultsError(f"{self.folder}: cannot be written: {error.strerror}") from None
+            raise FolderError(f"{self.folder}: cannot be written: {error.strerror}") from None
         if not is_empty:
-            raise ResultsError(f"{self.folder}: not empty; choose another --out or use --resume")
+            raise FolderError(f"{self.folder}: not empty; choose another --out or use --resume")
         try:
             config = to_toml(self.config).encode()
             replace_file(self.folder / "config.toml", lambda file: file.write(config))
@@ -64,14 +64,14 @@ class Results:
             if not is_new:
                 self.folder.mkdir()
             if isinstance(error, OSError):
-                raise ResultsError(f"{self.folder}: cannot be written: {error.strerror}") from None
+                raise FolderError(f"{self.folder}: cannot be written: {error.strerror}") from None
             raise
 
     @classmethod
-    def resume(cls, folder: Path) -> tuple["Results", dict[str, Any]]:
+    def resume(cls, folder: Path) -> tuple["RunFolder", dict[str, Any]]:
         """Open a folder to go on; return it and the saved colony. What came after the checkpoint is forgotten."""
         if not (folder / "config.toml").is_file():
-            raise ResultsError(f"{folder}: no results folder: config.toml is missing")
+            raise FolderError(f"{folder}: no results folder: config.toml is missing")
         results = cls(folder, load(folder / "config.toml"))
         path = folder / "checkpoint.npz"
         try:
@@ -79,18 +79,18 @@ class Results:
             results.hash = HistoryHash(bytes.fromhex(saved["hash"]))
             tick, generation = int(saved["tick"]), int(saved["generation"])
         except FileNotFoundError:
-            raise ResultsError(f"{path}: missing; the run wrote no checkpoint") from None
+            raise FolderError(f"{path}: missing; the run wrote no checkpoint") from None
         except (CheckpointError, KeyError, TypeError, ValueError) as error:
-            raise ResultsError(f"{path}: corrupt: {error}") from None
+            raise FolderError(f"{path}: corrupt: {error}") from None
         try:
             results._open()
             results._forget_after(tick, generation)
-        except ResultsError:
+        except FolderError:
             results.close()
             raise
         return results, saved
 
-    def record(self, event: Event) -> None:
+    def add_event(self, event: Event) -> None:
         """Take one event of the history."""
         self.hash.add(event)
         self._events.append(event)
@@ -101,7 +101,7 @@ class Results:
             self._flush()
             _append(self.folder / "generations.csv", row)
         except (OSError, sqlite3.Error) as error:
-            raise ResultsError(f"{self.folder}: cannot be written: {error}") from None
+            raise FolderError(f"{self.folder}: cannot be written: {error}") from None
 
     def write_checkpoint(self, colony: dict[str, Any], generation: int, status: str) -> None:
         """Save the whole colony and say how far the run is; what it builds on is on the disk before it."""
@@ -115,7 +115,7 @@ class Results:
             description = self._describe(generation, status)
             replace_file(self.folder / "run.json", lambda file: file.write(description))
         except (OSError, sqlite3.Error) as error:
-            raise ResultsError(f"{self.folder}: cannot be written: {error}") from None
+            raise FolderError(f"{self.folder}: cannot be written: {error}") from None
 
     def close(self) -> None:
         """Let the database go, as one file that can be copied and read anywhere."""
@@ -153,7 +153,7 @@ class Results:
         try:
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise ResultsError(f"{self.folder}: in use by another run") from None
+            raise FolderError(f"{self.folder}: in use by another run") from None
         try:
             self._database = sqlite3.connect(self.folder / "history.sqlite")
             self._database.execute("PRAGMA journal_mode=WAL")
@@ -161,7 +161,7 @@ class Results:
             _make_tables(self._database)
             self._database.commit()
         except sqlite3.Error as error:
-            raise ResultsError(f"{self.folder / 'history.sqlite'}: {error}") from None
+            raise FolderError(f"{self.folder / 'history.sqlite'}: {error}") from None
 
     def _flush(self) -> None:
         with self._connection as database:
@@ -180,25 +180,25 @@ class Results:
                 kept = [row for row in whole if int(row["generation"]) < generation]
                 replace_file(path, lambda file: file.write(_as_csv(kept)))
         except (KeyError, ValueError):
-            raise ResultsError(f"{path}: corrupt: a row names no generation") from None
+            raise FolderError(f"{path}: corrupt: a row names no generation") from None
         except (OSError, sqlite3.Error) as error:
-            raise ResultsError(f"{self.folder}: cannot be resumed: {error}") from None
+            raise FolderError(f"{self.folder}: cannot be resumed: {error}") from None
 
 
 def keep_config(folder: Path, config: Config) -> None:
-    """Write the config of a colony of processes into its folder; raises ResultsError if it has another already."""
+    """Write the config of a colony of processes into its folder; raises FolderError if it has another already."""
     settings = folder / "config.toml"
     if settings.exists():
         if load(settings) != config:
-            raise ResultsError(f"{folder}: holds a colony of other settings; see its config.toml")
+            raise FolderError(f"{folder}: holds a colony of other settings; see its config.toml")
         return
     if any(folder.iterdir()):
-        raise ResultsError(f"{folder}: not empty; choose another --out")
+        raise FolderError(f"{folder}: not empty; choose another --out")
     content = to_toml(config).encode()
     try:
         replace_file(settings, lambda file: file.write(content))
     except OSError as error:
-        raise ResultsError(f"{settings}: cannot be written: {error.strerror}") from None
+        raise FolderError(f"{settings}: cannot be written: {error.strerror}") from None
 
 
 def _version(package: str) -> str:

@@ -12,22 +12,22 @@ from crcolony.evolution.history import Mated
 from crcolony.results.generation_summary import generations_of
 from crcolony.results.generation_table import write_table
 from crcolony.results.history_database import write_history
-from crcolony.results.merge_histories import Chronicle, read_chronicle
+from crcolony.results.merged_history import MergedHistory, merge_robot_files
 from crcolony.results.plots import draw_plots
-from crcolony.results.plots.conditions import PlotsError
+from crcolony.results.plots.conditions import PlotError
 from crcolony.robot.genes import agent_schema
-from crcolony.storage.files import MEMORY, ResultsError, replace_file
-from crcolony.storage.sql import StoreError
+from crcolony.storage.files import ROBOT_FILE, FolderError, replace_file
+from crcolony.storage.sql import StorageError
 
 _MOST_PAIRS = 6
 
 
-def say_summary(console: Console, folder: Path, config: Config) -> None:
+def print_run_report(console: Console, folder: Path, config: Config) -> None:
     """Put the memories of all robots of a folder together, write the results, and say them in words."""
-    memories = sorted(folder.glob(f"robots/*/{MEMORY}"), key=lambda path: int(path.parent.name))
+    memories = sorted(folder.glob(f"robots/*/{ROBOT_FILE}"), key=lambda path: int(path.parent.name))
     try:
-        chronicle = read_chronicle(memories)
-    except StoreError as error:
+        chronicle = merge_robot_files(memories)
+    except StorageError as error:
         console.print(f"no summary: {error}", highlight=False, soft_wrap=True)
         return
     genes = [gene.name for gene in agent_schema(config.learning, config.heredity).genes]
@@ -38,7 +38,7 @@ def say_summary(console: Console, folder: Path, config: Config) -> None:
     console.print(f"history hash: {chronicle.hash}", highlight=False, soft_wrap=True)
 
 
-def _in_words(chronicle: Chronicle) -> list[str]:
+def _in_words(chronicle: MergedHistory) -> list[str]:
     """Say who mated with whom, and how often that led to offspring."""
     matings = [event for event in chronicle.events if isinstance(event, Mated)]
     if not matings:
@@ -84,7 +84,7 @@ def _evolved(rows: Sequence[dict[str, float]]) -> list[str]:
 
 
 def _write(
-    console: Console, folder: Path, chronicle: Chronicle, rows: Sequence[dict[str, float]]
+    console: Console, folder: Path, chronicle: MergedHistory, rows: Sequence[dict[str, float]]
 ) -> None:
     description = json.dumps(
         {
@@ -104,10 +104,10 @@ def _write(
             console.print(f"plots: {folder / 'plots'}", highlight=False, soft_wrap=True)
     except OSError as error:
         console.print(f"{folder}: {error.strerror}", highlight=False, soft_wrap=True)
-    except (PlotsError, ResultsError) as error:
+    except (PlotError, FolderError) as error:
         console.print(str(error), highlight=False, soft_wrap=True)
     console.print(
-        f"results: {folder}; each robot's memory: {folder}/robots/*/{MEMORY} (crcolony inspect)",
+        f"results: {folder}; each robot's memory: {folder}/robots/*/{ROBOT_FILE} (crcolony inspect)",
         highlight=False,
         soft_wrap=True,
     )

@@ -18,7 +18,7 @@ import numpy as np
 
 from crcolony.body.contract import ACTION_WIDTH, OBSERVATION_WIDTH
 from crcolony.compiled import FloatArray, cache_folder, is_switched_off
-from crcolony.robot.state import Habits, Robots
+from crcolony.robot.state import Robots, StepParameters
 from crcolony.robot.step import step_robot
 
 Step = Callable[[int, FloatArray, FloatArray], None]
@@ -31,7 +31,7 @@ _owners: list[Any] = []
 """Of loaded machine code: they must outlive every call"""
 
 
-def step_of(robots: Robots, habits: Habits) -> Step:
+def load_step(robots: Robots, habits: StepParameters) -> Step:
     """Return the control step of these robots: ready-made code, made first if there is none yet."""
     if is_switched_off():
         return lambda i, observation, action: step_robot(robots, habits, i, observation, action)
@@ -42,7 +42,7 @@ def step_of(robots: Robots, habits: Habits) -> Step:
     return _bind(_load(path), robots, habits)
 
 
-def _layout(robots: Robots, habits: Habits) -> tuple[tuple[str, str, str, int], ...]:
+def _layout(robots: Robots, habits: StepParameters) -> tuple[tuple[str, str, str, int], ...]:
     """Return owner, name, type and dimensions of every field, which is what the machine code depends on."""
     return tuple(
         (type(owner).__name__, name, value.dtype.name, value.ndim)
@@ -61,7 +61,7 @@ def _path(layout: Sequence[tuple[str, str, str, int]]) -> Path:
     return cache_folder() / f"step-{digest}.o"
 
 
-def _bind(code: Any, robots: Robots, habits: Habits) -> Step:
+def _bind(code: Any, robots: Robots, habits: StepParameters) -> Step:
     """Return the step over these arrays, which it keeps alive."""
     table = _table(robots, habits)
     seen, done = np.zeros(OBSERVATION_WIDTH), np.zeros(ACTION_WIDTH)
@@ -76,7 +76,7 @@ def _bind(code: Any, robots: Robots, habits: Habits) -> Step:
     return step
 
 
-def _table(*owners: Robots | Habits) -> np.ndarray:
+def _table(*owners: Robots | StepParameters) -> np.ndarray:
     """Return all fields as words: the address and shape of an array, or the bits of a number."""
     words: list[int] = []
     for owner in owners:
@@ -153,7 +153,7 @@ def entry(address, i, observation, action):
     done = carray(float_pointer(action), ({ACTION_WIDTH},))
     step_robot(robots, habits, i, seen, done)
 """
-    names = {"Robots": Robots, "Habits": Habits, "step_robot": step_robot, **_pointers()}
+    names = {"Robots": Robots, "Habits": StepParameters, "step_robot": step_robot, **_pointers()}
     exec(source, names)
     entry: Callable[..., None] = names["entry"]
     return entry

@@ -10,25 +10,27 @@ from crcolony.randomness import new_streams
 from crcolony.robot.genes import module_genes, selector_inputs
 from crcolony.robot.modules import MODULES, LearningModule
 from crcolony.robot.settings import Learning, Life
-from crcolony.robot.state import Habits, Robots
+from crcolony.robot.state import Robots, StepParameters
 
 
-def habits_of(
+def step_parameters(
     learning: Learning,
     life: Life,
     rodent: CyberRodent,
     modules: Sequence[LearningModule] = MODULES,
-) -> Habits:
+) -> StepParameters:
     """Return settings and modules as the compiled step reads them."""
     range_m, half_angle = rodent.camera_range_m, rodent.camera_half_angle_rad
     distances, distance_width_m = grid_axis(0.0, range_m, learning.potential_distances)
     bearings, bearing_width_rad = grid_axis(0.0, half_angle, learning.potential_bearings)
     tiles = np.array([learning.distance_tiles, learning.bearing_tiles])
-    return Habits(
+    return StepParameters(
         targets=np.array([module.target for module in modules]),
         successes=np.array([module.success for module in modules]),
         beacons=np.array([1.0 if module.beacon else 0.0 for module in modules]),
-        rests=np.array([life.refractory_steps if module.rests else 0 for module in modules]),
+        refractory_steps=np.array(
+            [life.refractory_steps if module.rests else 0 for module in modules]
+        ),
         lamps=np.array([module.lamp for module in modules]),
         wheels=np.array(
             [
@@ -64,7 +66,7 @@ def weight_bytes(
     return 8 * count * life.agents * len(modules) * tiles * actions
 
 
-def unborn_robots(count: int, habits: Habits, agents: int, genes: int, seed: int) -> Robots:
+def empty_robots(count: int, habits: StepParameters, agents: int, genes: int, seed: int) -> Robots:
     """Return `count` robots with nothing in them: no genotypes, no energy, nothing learnt."""
     modules = habits.targets.shape[0]
     actions = habits.wheels.shape[0]
@@ -75,13 +77,13 @@ def unborn_robots(count: int, habits: Habits, agents: int, genes: int, seed: int
     return Robots(
         steps=np.zeros(count, dtype=np.int64),
         agent=np.zeros(count, dtype=np.int64),
-        left=np.zeros(count, dtype=np.int64),
+        slice_steps_left=np.zeros(count, dtype=np.int64),
         module=np.full(count, -1),
         action=np.zeros(count, dtype=np.int64),
         tiles=np.zeros((count, tilings), dtype=np.int64),
         potential=np.zeros(count),
         sides=np.zeros((count, modules), dtype=np.int64),
-        rest=np.zeros((count, modules), dtype=np.int64),
+        refractory_left=np.zeros((count, modules), dtype=np.int64),
         events=np.zeros(count, dtype=np.int64),
         streams=new_streams(seed, (1,), count),
         genotypes=np.zeros((count, agents, genes)),
@@ -89,17 +91,17 @@ def unborn_robots(count: int, habits: Habits, agents: int, genes: int, seed: int
         used=np.zeros((count, agents, modules), dtype=np.int64),
         captures=np.zeros((count, agents), dtype=np.int64),
         matings=np.zeros((count, agents), dtype=np.int64),
-        lived=np.zeros((count, agents), dtype=np.int64),
-        felt=np.zeros((count, agents)),
+        steps_alive=np.zeros((count, agents), dtype=np.int64),
+        energy_sum=np.zeros((count, agents)),
         weights=np.zeros((count, agents, modules, tiles, actions)),
         traces=np.zeros((count, tiles, 3)),
-        live=np.zeros((count, tiles), dtype=np.int64),
+        active_tiles=np.zeros((count, tiles), dtype=np.int64),
         clock=clock,
         values=np.zeros(actions),
         chances=np.zeros(actions),
         next_tiles=np.zeros(tilings, dtype=np.int64),
-        place=np.zeros(2),
-        along=np.zeros(habits.distances.shape[0]),
-        across=np.zeros(habits.bearings.shape[0]),
+        scratch_state=np.zeros(2),
+        scratch_distance=np.zeros(habits.distances.shape[0]),
+        scratch_bearing=np.zeros(habits.bearings.shape[0]),
         visible=np.zeros(modules),
     )

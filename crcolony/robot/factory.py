@@ -15,21 +15,21 @@ from crcolony.evolution.time_sharing import (
 )
 from crcolony.evolution.variation import Variation
 from crcolony.randomness import new_streams
-from crcolony.robot.batch import habits_of, unborn_robots
+from crcolony.robot.batch import empty_robots, step_parameters
 from crcolony.robot.genes import agent_schema
 from crcolony.robot.robot import Robot
 from crcolony.robot.settings import Life
-from crcolony.robot.state import Habits, Robots
+from crcolony.robot.state import Robots, StepParameters
 
 
-def raise_robots(
+def make_robots(
     config: Config, names: Sequence[str], streams: NDArray[np.uint64]
-) -> tuple[Robots, Habits, list[Robot]]:
+) -> tuple[Robots, StepParameters, list[Robot]]:
     """Return robots that have not begun to live; `names` go into the ids of their agents, `streams` is (robots, 2)."""
-    habits = habits_of(config.learning, config.life, config.body)
+    habits = step_parameters(config.learning, config.life, config.body)
     schema = agent_schema(config.learning, config.heredity)
     heredity = config.heredity
-    batch = unborn_robots(len(names), habits, config.life.agents, len(schema), config.seed)
+    batch = empty_robots(len(names), habits, config.life.agents, len(schema), config.seed)
     batch.streams[...] = streams
     variation = variation_of(config)
     robots = [

@@ -5,7 +5,7 @@ from crcolony.robot.robot import Robot
 from crcolony.robot.state import Robots
 
 
-def lives_of(robot: Robot, batch: Robots, tick: int, number: int) -> list[Lived]:
+def lifetimes_of(robot: Robot, batch: Robots, tick: int, number: int) -> list[Lived]:
     """Return what every agent of a robot has made of its life, before the turnover."""
     row = robot.row
     return [
@@ -14,8 +14,8 @@ def lives_of(robot: Robot, batch: Robots, tick: int, number: int) -> list[Lived]
             robot=number,
             generation=robot.generation,
             agent=agent,
-            steps=int(batch.lived[row, place]),
-            energy=float(batch.felt[row, place]) / max(int(batch.lived[row, place]), 1),
+            steps=int(batch.steps_alive[row, place]),
+            energy=float(batch.energy_sum[row, place]) / max(int(batch.steps_alive[row, place]), 1),
             captures=int(batch.captures[row, place]),
             matings=int(batch.matings[row, place]),
         )

@@ -13,13 +13,13 @@ import numpy as np
 from crcolony.body import contract
 from crcolony.compiled import FloatArray
 from crcolony.evolution.lineage import AgentId, Birth
-from crcolony.evolution.population import Child, Offspring, Subpopulation
+from crcolony.evolution.population import Newborn, Offspring, Subpopulation
 from crcolony.evolution.time_sharing import TimeSharing
 from crcolony.randomness import chance, generator
-from crcolony.robot.aot_step import Step, step_of
+from crcolony.robot.aot_step import Step, load_step
 from crcolony.robot.energy import conception_probability
 from crcolony.robot.settings import Life
-from crcolony.robot.state import SCRATCH, Habits, Robots
+from crcolony.robot.state import SCRATCH, Robots, StepParameters
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Robot:
         self,
         robots: Robots,
         row: int,
-        habits: Habits,
+        habits: StepParameters,
         life: Life,
         subpopulation: Subpopulation,
         time_sharing: TimeSharing,
@@ -72,11 +72,11 @@ class Robot:
         """What happened in the last step, as the event bits of `state.py`."""
         return int(self._robots.events[self.row])
 
-    def embody(self, habits: Habits) -> None:
+    def set_parameters(self, habits: StepParameters) -> None:
         """Live with another body from now on: the same modules and actions, other senses."""
         self._habits, self._step = habits, None
 
-    def begin(self) -> list[Birth]:
+    def start(self) -> list[Birth]:
         """Give the robot its first generation and its first agent; return the births."""
         children = self.subpopulation.first_children(generator(self.stream))
         births = self.subpopulation.bear(children, 0, self.steps)
@@ -91,7 +91,7 @@ class Robot:
         `exchange` and `mate` after an encounter, then `hand_over` when the slice is over.
         """
         if self._step is None:
-            self._step = step_of(self._robots, self._habits)
+            self._step = load_step(self._robots, self._habits)
         self._step(self.row, observation, self._action)
         return self._action
 
@@ -126,11 +126,11 @@ class Robot:
             return False
         self.subpopulation.turns[following] += 1
         robots.agent[row] = following
-        robots.left[row] = self._life.slice_steps
+        robots.slice_steps_left[row] = self._life.slice_steps
         robots.module[row] = -1
         return True
 
-    def turn_over(self, children: Sequence[Child] | None = None) -> list[Birth]:
+    def turn_over(self, children: Sequence[Newborn] | None = None) -> list[Birth]:
         """Start the next generation with offspring from the own pool, or with given children; return the births."""
         self.generation += 1
         if children is None:
@@ -144,14 +144,20 @@ class Robot:
         """Every newborn starts with the initial energy and with nothing learnt."""
         robots, row = self._robots, self.row
         robots.energies[row] = self._life.initial_energy
-        for field in (robots.used, robots.captures, robots.matings, robots.lived, robots.felt):
+        for field in (
+            robots.used,
+            robots.captures,
+            robots.matings,
+            robots.steps_alive,
+            robots.energy_sum,
+        ):
             field[row] = 0
         robots.weights[row] = self._habits.initial_weight
 
     def _worth(self) -> FloatArray:
         """How well every agent has done for itself: matings per step lived (for informed time sharing only)."""
         robots, row = self._robots, self.row
-        worth: FloatArray = robots.matings[row] / np.maximum(robots.lived[row], 1)
+        worth: FloatArray = robots.matings[row] / np.maximum(robots.steps_alive[row], 1)
         return worth
 
     @property

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from crcolony.compiled import FloatArray, IntArray
 
 
-class Habits(NamedTuple):
+class StepParameters(NamedTuple):
     """What is the same in all robots and never changes: settings and modules as compiled code reads them."""
 
     targets: IntArray
@@ -20,7 +20,7 @@ class Habits(NamedTuple):
     """(M,) observation column that tells success"""
     beacons: FloatArray
     """(M,) 1 where the module switches the IR beacon on"""
-    rests: IntArray
+    refractory_steps: IntArray
     """(M,) refractory steps after a success"""
     lamps: FloatArray
     """(M, 3) face colour"""
@@ -57,7 +57,7 @@ class Robots(NamedTuple):
     """(N,) control steps lived since the beginning"""
     agent: IntArray
     """(N,) the virtual agent in control"""
-    left: IntArray
+    slice_steps_left: IntArray
     """(N,) control steps left in its slice"""
     module: IntArray
     """(N,) the learning module in control, -1 for none yet"""
@@ -69,7 +69,7 @@ class Robots(NamedTuple):
     """(N,) potential of that state"""
     sides: IntArray
     """(N, M) where each module's target was seen last: 0 left, 1 right"""
-    rest: IntArray
+    refractory_left: IntArray
     """(N, M) refractory steps left"""
     events: IntArray
     """(N,) what happened in the last step, as a sum of event bits"""
@@ -85,15 +85,15 @@ class Robots(NamedTuple):
     """(N, A) packs captured"""
     matings: IntArray
     """(N, A) encounters that led to a mating"""
-    lived: IntArray
+    steps_alive: IntArray
     """(N, A) control steps lived"""
-    felt: FloatArray
+    energy_sum: FloatArray
     """(N, A) sum of the energy over them"""
     weights: FloatArray
     """(N, A, M, T, K) what the agents have learnt: Theta of Algorithm 2.2"""
     traces: FloatArray
     """(N, T, 3) see `learning.traces`; they end when module or agent change, so one table serves all"""
-    live: IntArray
+    active_tiles: IntArray
     """(N, T)"""
     clock: FloatArray
     """(N, 3)"""
@@ -103,11 +103,11 @@ class Robots(NamedTuple):
     """scratch (K,)"""
     next_tiles: IntArray
     """scratch (L,)"""
-    place: FloatArray
+    scratch_state: FloatArray
     """scratch (2,)"""
-    along: FloatArray
+    scratch_distance: FloatArray
     """scratch"""
-    across: FloatArray
+    scratch_bearing: FloatArray
     """scratch"""
     visible: FloatArray
     """scratch (M,)"""

@@ -13,12 +13,12 @@ from crcolony.learning.traces import action_values, forget, learn, settle, visit
 from crcolony.randomness import draw
 from crcolony.robot.energy import next_energy
 from crcolony.robot.genes import ALPHA, GAMMA, LAMBDA, POTENTIAL, TAU, TAU_DECAY
-from crcolony.robot.state import DIED, MET, SLICE_OVER, Habits, Robots
+from crcolony.robot.state import DIED, MET, SLICE_OVER, Robots, StepParameters
 
 
 @compiled
 def step_robot(
-    robots: Robots, habits: Habits, i: int, observation: FloatArray, action: FloatArray
+    robots: Robots, habits: StepParameters, i: int, observation: FloatArray, action: FloatArray
 ) -> None:
     """Let robot i live one control period: read its observation (row), write its action (row) and its events.
 
@@ -29,22 +29,22 @@ def step_robot(
     for column in range(contract.ACTION_WIDTH):
         action[column] = 0.0
     robots.steps[i] += 1
-    robots.left[i] -= 1
+    robots.slice_steps_left[i] -= 1
     if robots.energies[i, agent] > 0.0:
         _live(robots, habits, i, agent, observation)
     if robots.energies[i, agent] > 0.0:
         _perceive(robots, habits, i, observation)
         _learn_and_choose(robots, habits, i, agent, observation)
-        if robots.left[i] > 0:
+        if robots.slice_steps_left[i] > 0:
             _drive(robots, habits, i, action)
-    if robots.left[i] == 0:
+    if robots.slice_steps_left[i] == 0:
         _suspend(robots, habits, i, agent)
         robots.events[i] += SLICE_OVER
 
 
 @compiled
 def step_robots(
-    robots: Robots, habits: Habits, observations: FloatArray, actions: FloatArray
+    robots: Robots, habits: StepParameters, observations: FloatArray, actions: FloatArray
 ) -> int:
     """Let all robots live one control period, rows (N, width) each; return the bits of all events together."""
     events = 0
@@ -55,13 +55,15 @@ def step_robots(
 
 
 @compiled
-def _live(robots: Robots, habits: Habits, i: int, agent: int, observation: FloatArray) -> None:
+def _live(
+    robots: Robots, habits: StepParameters, i: int, agent: int, observation: FloatArray
+) -> None:
     """Spend and regain energy; count what was captured and who was met; die at 0."""
     charge = observation[contract.CHARGE]
     energy = next_energy(robots.energies[i, agent], charge, habits.energy_per_step)
     robots.energies[i, agent] = energy
-    robots.lived[i, agent] += 1
-    robots.felt[i, agent] += energy
+    robots.steps_alive[i, agent] += 1
+    robots.energy_sum[i, agent] += energy
     if charge > 0.0 and observation[contract.JAW_HOLDS] == 0.0:
         robots.captures[i, agent] += 1
     if observation[contract.ENCOUNTER] > 0.0:
@@ -73,16 +75,16 @@ def _live(robots: Robots, habits: Habits, i: int, agent: int, observation: Float
 
 
 @compiled
-def _perceive(robots: Robots, habits: Habits, i: int, observation: FloatArray) -> None:
+def _perceive(robots: Robots, habits: StepParameters, i: int, observation: FloatArray) -> None:
     """Note which targets are visible to their modules, and on which side they were seen last."""
     for m in range(habits.targets.shape[0]):
         if observation[habits.successes[m]] > 0.0:
-            robots.rest[i, m] = habits.rests[m]
-        elif robots.rest[i, m] > 0:
-            robots.rest[i, m] -= 1
+            robots.refractory_left[i, m] = habits.refractory_steps[m]
+        elif robots.refractory_left[i, m] > 0:
+            robots.refractory_left[i, m] -= 1
         robots.visible[m] = 0.0
         target = habits.targets[m]
-        if observation[target] > 0.0 and robots.rest[i, m] == 0:
+        if observation[target] > 0.0 and robots.refractory_left[i, m] == 0:
             robots.visible[m] = 1.0
             robots.sides[i, m] = 1 if observation[target + contract.BEARING] < 0.0 else 0
 
@@ -107,7 +109,7 @@ def select_module(genes: FloatArray, energy: float, visible: FloatArray, modules
 
 @compiled
 def _learn_and_choose(
-    robots: Robots, habits: Habits, i: int, agent: int, observation: FloatArray
+    robots: Robots, habits: StepParameters, i: int, agent: int, observation: FloatArray
 ) -> None:
     """Select the module in control; learn from the last action (Algorithm 2.2 with eq. 3.2); choose the next.
 
@@ -131,7 +133,7 @@ def _learn_and_choose(
     visit(
         robots.weights[i, agent, module],
         robots.traces[i],
-        robots.live[i],
+        robots.active_tiles[i],
         robots.clock[i],
         robots.next_tiles,
         chosen,
@@ -148,7 +150,7 @@ def _learn_and_choose(
 
 @compiled
 def _look(
-    robots: Robots, habits: Habits, i: int, agent: int, module: int, observation: FloatArray
+    robots: Robots, habits: StepParameters, i: int, agent: int, module: int, observation: FloatArray
 ) -> float:
     """Write a module's active tiles and action values of the present state to scratch; return its potential.
 
@@ -160,10 +162,10 @@ def _look(
     if robots.visible[module] > 0.0:
         distance_m = observation[habits.targets[module] + contract.DISTANCE]
         bearing_rad = observation[habits.targets[module] + contract.BEARING]
-        robots.place[0] = distance_m
-        robots.place[1] = bearing_rad
+        robots.scratch_state[0] = distance_m
+        robots.scratch_state[1] = bearing_rad
         tile_indices(
-            robots.place,
+            robots.scratch_state,
             habits.low,
             habits.high,
             habits.tiles,
@@ -178,8 +180,8 @@ def _look(
             habits.bearings,
             habits.bearing_width_rad,
             genes[own + POTENTIAL : own + habits.module_genes],
-            robots.along,
-            robots.across,
+            robots.scratch_distance,
+            robots.scratch_bearing,
         )
     else:
         for tiling in range(habits.offsets.shape[0]):
@@ -198,7 +200,7 @@ def _look(
 @compiled
 def _learn(
     robots: Robots,
-    habits: Habits,
+    habits: StepParameters,
     i: int,
     agent: int,
     module: int,
@@ -222,7 +224,7 @@ def _learn(
 
 
 @compiled
-def _suspend(robots: Robots, habits: Habits, i: int, agent: int) -> None:
+def _suspend(robots: Robots, habits: StepParameters, i: int, agent: int) -> None:
     """End the traces of the module in control, paying what is owed to its weights."""
     module = robots.module[i]
     if module < 0:
@@ -230,12 +232,12 @@ def _suspend(robots: Robots, habits: Habits, i: int, agent: int) -> None:
     own = habits.selector_genes + module * habits.module_genes
     rate = robots.genotypes[i, agent, own + ALPHA] / habits.offsets.shape[0]
     weights = robots.weights[i, agent, module]
-    forget(weights, robots.traces[i], robots.live[i], robots.clock[i], rate)
+    forget(weights, robots.traces[i], robots.active_tiles[i], robots.clock[i], rate)
     robots.module[i] = -1
 
 
 @compiled
-def _drive(robots: Robots, habits: Habits, i: int, action: FloatArray) -> None:
+def _drive(robots: Robots, habits: StepParameters, i: int, action: FloatArray) -> None:
     """Write the chosen action: wheels, the module's beacon and lamp, and the time to live.
 
     The jaw is a reflex: it latches on whatever comes into reach, whichever module drives.
@@ -245,7 +247,7 @@ def _drive(robots: Robots, habits: Habits, i: int, action: FloatArray) -> None:
     action[contract.WHEEL_LEFT] = habits.wheels[chosen, 0]
     action[contract.WHEEL_RIGHT] = habits.wheels[chosen, 1]
     action[contract.JAW] = 1.0
-    if robots.rest[i, module] == 0:
+    if robots.refractory_left[i, module] == 0:
         action[contract.BEACON] = habits.beacons[module]
     for c in range(3):
         action[contract.LED + c] = habits.lamps[module, c]

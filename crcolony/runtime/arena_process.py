@@ -9,14 +9,14 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from crcolony.nodes.arena_node import ArenaNode
-from crcolony.nodes.arena_server import Reception
+from crcolony.nodes.arena_server import ArenaServer
 from crcolony.protocol.codec import encode
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import Scene
 from crcolony.storage.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
-from crcolony.storage.files import ResultsError, replace_file
+from crcolony.storage.files import FolderError, replace_file
 from crcolony.transport.inbox import Inbox
-from crcolony.transport.interface import Arrival
+from crcolony.transport.interface import InboundEvent
 from crcolony.transport.zenoh_arena import ArenaTransport
 
 _SCENE_PERIOD_S = 0.1
@@ -47,7 +47,7 @@ class ArenaProcess:
         self._wall_period_s = wall_period_s
         self._checkpoint = checkpoint
         self._say = say
-        self._reception = Reception(node, transport.forget, say, name)
+        self._reception = ArenaServer(node, transport.remove_robot, say, name)
         self._scenes = 0
         now_s = time.monotonic()
         self._scene_due_s = self._housekeeping_due_s = now_s
@@ -93,15 +93,15 @@ class ArenaProcess:
             self._keep_house(now_s)
 
     def _advance(self) -> None:
-        self._node.advance()
+        self._node.step()
         self._observe(self._node.robots)
 
     def _observe(self, robots: Iterable[RobotId]) -> None:
         for robot in robots:
-            self._transport.observe(robot, self._node.observation(robot))
+            self._transport.publish_observation(robot, self._node.observation(robot))
 
-    def _take(self, arrival: Arrival) -> None:
-        self._reception.take(time.monotonic(), arrival)
+    def _take(self, arrival: InboundEvent) -> None:
+        self._reception.handle_event(time.monotonic(), arrival)
 
     # Now and then ----------------------------------------------------------------------------------------------
 
@@ -109,10 +109,10 @@ class ArenaProcess:
         if now_s >= self._scene_due_s:
             self._scene_due_s = now_s + _SCENE_PERIOD_S
             self._scenes += 1
-            self._transport.show(encode(self._scene()))
+            self._transport.publish_scene(encode(self._scene()))
         if now_s >= self._housekeeping_due_s:
             self._housekeeping_due_s = now_s + _HOUSEKEEPING_S
-            self._reception.forget_lost(now_s)
+            self._reception.remove_absent(now_s)
         if now_s >= self._save_due_s:
             self._save_due_s = now_s + _SAVE_PERIOD_S
             self._save()
@@ -133,15 +133,15 @@ class ArenaProcess:
 def restore_arena(node: ArenaNode, checkpoint: Path) -> bool:
     """Go on with a saved world, if there is one, in which everybody is yet to come back.
 
-    Raises ResultsError if it is damaged or of other settings.
+    Raises FolderError if it is damaged or of other settings.
     """
     try:
         node.restore(read_checkpoint(checkpoint))
     except FileNotFoundError:
         return False
     except (CheckpointError, IndexError, KeyError, TypeError, ValueError) as error:
-        raise ResultsError(f"{checkpoint}: cannot go on from it: {error}") from None
+        raise FolderError(f"{checkpoint}: cannot go on from it: {error}") from None
     now_s = time.monotonic()
     for robot in node.robots:
-        node.lose(robot, now_s)
+        node.mark_offline(robot, now_s)
     return True

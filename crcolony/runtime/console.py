@@ -1,9 +1,9 @@
 """What a process prints for the person who started it."""
 
-from crcolony.protocol.telemetry_messages import Ended, Exchanged, RobotEvent
+from crcolony.protocol.telemetry_messages import EncounterOutcome, Exchanged, RobotEvent
 
 
-def say(line: str) -> None:
+def print_line(line: str) -> None:
     """Print a line at once."""
     print(line, flush=True)
 
@@ -11,7 +11,7 @@ def say(line: str) -> None:
 def _say_event(event: RobotEvent) -> None:
     line = in_words(event)
     if line is not None:
-        say(line)
+        print_line(line)
 
 
 def in_words(event: RobotEvent) -> str | None:
@@ -20,6 +20,6 @@ def in_words(event: RobotEvent) -> str | None:
         case Exchanged(partner=partner, conceived=conceived, energy=energy):
             what = "conceived" if conceived else "no offspring"
             return f"mated with {partner[:8]}…, {what} (energy {energy:.2f})"
-        case Ended(outcome=outcome, peer=peer, reason=reason) if outcome != "mated":
+        case EncounterOutcome(outcome=outcome, peer=peer, reason=reason) if outcome != "mated":
             return f"mating with {peer.hex()[:8]}: {outcome} {reason}".rstrip()
     return None

@@ -22,21 +22,27 @@ from crcolony.nodes.robot_node import RobotNode
 from crcolony.protocol.body_messages import Contact, Join
 from crcolony.protocol.identity import RobotId, create_key, load_key
 from crcolony.results.run_folder import keep_config
-from crcolony.results.run_report import say_summary
-from crcolony.robot.factory import own_streams, raise_robots
-from crcolony.robot.state import Habits, Robots
+from crcolony.results.run_report import print_run_report
+from crcolony.robot.factory import make_robots, own_streams
+from crcolony.robot.state import Robots, StepParameters
 from crcolony.robot.step import step_robots
 from crcolony.runtime.arena_process import ArenaProcess, restore_arena
-from crcolony.runtime.console import say
+from crcolony.runtime.console import print_line
 from crcolony.runtime.start_arena import new_arena
-from crcolony.shutdown import Stop
-from crcolony.storage.files import KEY, MEMORY, WORLD, make_folder
-from crcolony.storage.store import Store
+from crcolony.shutdown import ShutdownSignal
+from crcolony.storage.files import ARENA_CHECKPOINT, KEY_FILE, ROBOT_FILE, make_folder
+from crcolony.storage.store import RobotStore
 from crcolony.transport.inbox import Inbox
-from crcolony.transport.interface import Arrival, Asked, Mail, RobotGone, RobotSeen
+from crcolony.transport.interface import (
+    EnvelopeReceived,
+    InboundEvent,
+    QueryReceived,
+    RobotOffline,
+    RobotOnline,
+)
 from crcolony.transport.zenoh_arena import ArenaTransport
 from crcolony.transport.zenoh_robots import RobotTransport
-from crcolony.transport.zenoh_session import Network, open_session
+from crcolony.transport.zenoh_session import NetworkSettings, open_session
 
 _SNAPSHOT_S, _SNAPSHOT_ROBOT_S = 10.0, 0.5
 """A robot is saved this often, but not more often than so many seconds for each robot of the process."""
@@ -53,14 +59,14 @@ class HostProcess(ArenaProcess):
         transport: ArenaTransport,
         robots: list[RobotNode],
         batch: Robots,
-        habits: Habits,
+        habits: StepParameters,
         letters: RobotTransport,
         inbox: Inbox,
         wall_period_s: float | None,
         checkpoint: Path,
-        say: Callable[[str], None],
+        print_line: Callable[[str], None],
     ) -> None:
-        super().__init__(node, name, transport, inbox, wall_period_s, checkpoint, say)
+        super().__init__(node, name, transport, inbox, wall_period_s, checkpoint, print_line)
         self._robots = robots
         self._here = {robot.id: robot for robot in robots}
         self._batch, self._habits, self._letters = batch, habits, letters
@@ -71,23 +77,23 @@ class HostProcess(ArenaProcess):
         self._snapshot_due_s = now_s + self._snapshot_s / len(robots)
         self._saved_last = 0
 
-    def begin(self, colony: str, settings: str) -> None:
+    def start(self, colony: str, settings: str) -> None:
         """Bring all robots to life and give them bodies; raises Refusal for a memory that does not fit.
 
         `settings` are what every robot tells of its own.
         """
         now_s = time.monotonic()
         for place, robot in enumerate(self._robots):
-            robot.begin(now_s)
+            robot.start(now_s)
             self._node.join(Join(robot.id, colony, place))
             robot.arena, robot.settings = self._name, settings
-            self._letters.host(robot.id, robot.life)
+            self._letters.add_robot(robot.id, robot.incarnation)
 
-    def end(self) -> None:
+    def stop(self) -> None:
         """Save all robots, and let them be gone from the network."""
         for robot in self._robots:
             robot.save()
-            self._letters.unhost(robot.id)
+            self._letters.remove_robot(robot.id)
 
     def _run_in_lockstep(self, is_stopped: Callable[[], bool]) -> None:
         """As fast as possible: nobody is waited for, robots of other processes least of all."""
@@ -101,8 +107,8 @@ class HostProcess(ArenaProcess):
         """Let one control period pass for the world, and for the minds of the robots here."""
         node = self._node
         for place, action in enumerate(self._actions):
-            node.command(place, action)
-        node.advance()
+            node.set_action(place, action)
+        node.step()
         observations = node.arena.world.observations[-1]
         here = observations[: len(self._robots)]
         if step_robots(self._batch, self._habits, here, self._actions):
@@ -113,8 +119,8 @@ class HostProcess(ArenaProcess):
         now_s, tick = time.monotonic(), self._node.tick
         for row in np.flatnonzero(self._batch.events).tolist():
             robot = self._robots[row]
-            robot.attend(now_s, tick, self._contact(observations[row]))
-            robot.finish_step()
+            robot.handle_step_events(now_s, tick, self._contact(observations[row]))
+            robot.advance_slice()
 
     def _contact(self, observation: np.ndarray) -> Contact | None:
         if observation[contract.ENCOUNTER] == 0.0:
@@ -122,24 +128,26 @@ class HostProcess(ArenaProcess):
         partner = self._node.occupant(int(observation[contract.ENCOUNTER_ROBOT]))
         return Contact(partner, int(observation[contract.ENCOUNTER_NONCE])) if partner else None
 
-    def _take(self, arrival: Arrival) -> None:
+    def _take(self, arrival: InboundEvent) -> None:
         now_s = time.monotonic()
         match arrival:
-            case Mail(to=to, letter=letter) if to in self._here:
-                self._here[to].receive(now_s, letter)
-            case RobotSeen(robot=peer, life=life, session=session):
+            case EnvelopeReceived(to=to, envelope=envelope) if to in self._here:
+                self._here[to].handle_envelope(now_s, envelope)
+            case RobotOnline(robot=peer, incarnation=incarnation, session=session):
                 super()._take(arrival)
                 for robot in self._robots:
-                    robot.robot_seen(now_s, peer, life, session)
-            case RobotGone(robot=peer, life=life, session=session):
+                    robot.handle_peer_online(now_s, peer, incarnation, session)
+            case RobotOffline(robot=peer, incarnation=incarnation, session=session):
                 if peer not in self._here:
                     super()._take(arrival)
                 for robot in self._robots:
-                    robot.robot_gone(now_s, peer, life, session)
-            case Asked(about="past", robot=asked, question=question, answer=answer):
-                self._here[asked].answer_past(question, answer)
-            case Asked(about="about", robot=asked, question=question, answer=answer) if asked:
-                self._here[asked].answer_about(question, answer)
+                    robot.handle_peer_offline(now_s, peer, incarnation, session)
+            case QueryReceived(topic="history", robot=asked, payload=payload, reply=reply):
+                self._here[asked].reply_history(payload, reply)
+            case QueryReceived(topic="metadata", robot=asked, payload=payload, reply=reply) if (
+                asked
+            ):
+                self._here[asked].reply_metadata(payload, reply)
             case _:
                 super()._take(arrival)
 
@@ -147,11 +155,11 @@ class HostProcess(ArenaProcess):
         super()._keep_house(now_s)
         for robot in self._robots:
             if robot.next_s <= now_s:
-                robot.let_time_pass(now_s)
+                robot.handle_timeouts(now_s)
         if now_s >= self._state_due_s:
             self._state_due_s = now_s + STATE_PERIOD_S
             for robot in self._robots:
-                robot.tell_state(self._inbox.dropped)
+                robot.publish_state(self._inbox.dropped)
         if now_s >= self._snapshot_due_s:
             self._snapshot_due_s = now_s + self._snapshot_s / len(self._robots)
             self._saved_last = (self._saved_last + 1) % len(self._robots)
@@ -177,7 +185,7 @@ def run_host(
     folder: Path,
     colony: str,
     arena: str,
-    network: Network,
+    network: NetworkSettings,
     wall_period_s: float | None,
     minutes: float | None,
 ) -> None:
@@ -191,17 +199,17 @@ def run_host(
     identities = []
     for own in folders:
         make_folder(own)
-        key = own / KEY
+        key = own / KEY_FILE
         identities.append(load_key(key) if key.exists() else create_key(key))
     ids: list[RobotId] = [identity.id for identity in identities]
-    batch, habits, robots = raise_robots(config, [robot.hex() for robot in ids], own_streams(ids))
-    restore_arena(node, folder / WORLD)
+    batch, habits, robots = make_robots(config, [robot.hex() for robot in ids], own_streams(ids))
+    restore_arena(node, folder / ARENA_CHECKPOINT)
     step_robots(  # compiles before anybody waits
-        *raise_robots(config, ["0"], own_streams(ids[:1]))[:2],
+        *make_robots(config, ["0"], own_streams(ids[:1]))[:2],
         np.zeros((1, contract.OBSERVATION_WIDTH)),
         np.zeros((1, contract.ACTION_WIDTH)),
     )
-    stop = Stop(minutes, wake=inbox.wake)
+    stop = ShutdownSignal(minutes, wake=inbox.wake)
     with contextlib.ExitStack() as opened:
         session = opened.enter_context(open_session(network))
         letters = RobotTransport(session, colony, arena, inbox.deliver)
@@ -210,20 +218,22 @@ def run_host(
             zip(identities, robots, folders, strict=True)
         ):
             schema = bytes.fromhex(robot.subpopulation.schema.digest)
-            memory = Store(own / MEMORY, identity.id, schema)
+            memory = RobotStore(own / ROBOT_FILE, identity.id, schema)
             opened.callback(memory.close)
-            life = memory.begin_life(int(time.time()))
+            life = memory.begin_incarnation(int(time.time()))
             nodes.append(RobotNode(identity, colony, number, robot, batch, memory, life, letters))
         transport = ArenaTransport(session, arena, world, inbox.deliver)
         process = HostProcess(
             node, arena, transport, nodes, batch, habits, letters, inbox, wall_period_s,
-            folder / WORLD, say,
+            folder / ARENA_CHECKPOINT, print_line,
         )  # fmt: skip
-        process.begin(colony, settings_of_robot(config, config.body))
+        process.start(colony, settings_of_robot(config, config.body))
         places = config.robots - count
-        say(f"{count} robots of colony {colony} in arena {arena}, and {places} places for others")
+        print_line(
+            f"{count} robots of colony {colony} in arena {arena}, and {places} places for others"
+        )
         try:
             process.run(stop)
         finally:
-            process.end()
-    say_summary(Console(), folder, config)
+            process.stop()
+    print_run_report(Console(), folder, config)

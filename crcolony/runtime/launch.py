@@ -19,22 +19,22 @@ from crcolony.config import Config
 from crcolony.errors import EXIT_OK
 from crcolony.protocol.identity import seeded_key, write_key
 from crcolony.results.run_folder import keep_config
-from crcolony.results.run_report import say_summary
+from crcolony.results.run_report import print_run_report
 from crcolony.runtime.start_robot import warm_up
 from crcolony.runtime.supervisor import (
-    Child,
-    Launch,
+    ChildProcess,
+    LaunchOptions,
     address_in,
     children_of,
     is_repeatable,
     networks_of,
 )
-from crcolony.shutdown import Stop
-from crcolony.storage.files import KEY, make_folder
-from crcolony.telemetry.subscriber import Watcher
+from crcolony.shutdown import ShutdownSignal
+from crcolony.storage.files import KEY_FILE, make_folder
+from crcolony.telemetry.subscriber import TelemetrySubscriber
 from crcolony.telemetry.terminal_view import plain_line, table_of
 from crcolony.transport.interface import NetworkError
-from crcolony.transport.zenoh_session import HERE, Network, open_session
+from crcolony.transport.zenoh_session import HERE, NetworkSettings, open_session
 
 _REFRESH_S = 0.25
 _PATIENCE_S = 10.0
@@ -43,7 +43,7 @@ _GRACE_S = 5.0
 """How long a process may take to save and end before it is killed."""
 
 
-def run_launch(launch: Launch) -> int:
+def run_launch(launch: LaunchOptions) -> int:
     """Run until told to stop or until all robots are done; say what has come of it. Raises Refusal."""
     console = Console()
     _prepare(launch)
@@ -53,20 +53,20 @@ def run_launch(launch: Launch) -> int:
     started_s = time.monotonic()
     with _running(children, launch.config), _session(networks.robots) as session:
         woken = threading.Event()
-        stop = Stop(launch.minutes, wake=woken.set)
+        stop = ShutdownSignal(launch.minutes, wake=woken.set)
         signal.signal(signal.SIGHUP, lambda *_: os.kill(os.getpid(), signal.SIGTERM))
-        _attend(console, children, Watcher(session, launch.colony), stop, woken)
+        _attend(console, children, TelemetrySubscriber(session, launch.colony), stop, woken)
     console.print(f"stopped after {time.monotonic() - started_s:.0f} s", highlight=False)
-    say_summary(console, launch.folder, launch.config)
+    print_run_report(console, launch.folder, launch.config)
     needed = [child for child in children if not child.only_watches]
     return EXIT_OK if not any(child.ended not in ("", "done") for child in needed) else 1
 
 
 def _attend(
     console: Console,
-    children: list[Child],
-    watcher: Watcher,
-    stop: Stop,
+    children: list[ChildProcess],
+    watcher: TelemetrySubscriber,
+    stop: ShutdownSignal,
     woken: threading.Event,
 ) -> None:
     """Show the colony and look after the processes until it is over."""
@@ -78,9 +78,9 @@ def _attend(
         while not stop() and not _is_over(children):
             woken.wait(_REFRESH_S)
             now_s = time.monotonic()
-            watcher.update()
+            watcher.poll()
             for child in children:
-                news = child.look_after(now_s) or _where(child, shown_at)
+                news = child.restart_if_dead(now_s) or _where(child, shown_at)
                 if news:
                     console.print(news, highlight=False, soft_wrap=True)
             if not is_discovered and _all_see_all(watcher, len(robots)):
@@ -90,13 +90,13 @@ def _attend(
                     highlight=False,
                 )
             if live is not None:
-                live.update(table_of(watcher.watch, time.time()))
+                live.update(table_of(watcher.monitor, time.time()))
             elif now_s - said_s >= _PLAIN_LINES_S:
                 said_s = now_s
-                console.print(plain_line(watcher.watch), highlight=False, soft_wrap=True)
+                console.print(plain_line(watcher.monitor), highlight=False, soft_wrap=True)
 
 
-def _where(child: Child, said: set[str]) -> str | None:
+def _where(child: ChildProcess, said: set[str]) -> str | None:
     """Say once where a dashboard is to be seen."""
     address = address_in(child.log) if child.only_watches and not said else None
     if address is None:
@@ -105,14 +105,14 @@ def _where(child: Child, said: set[str]) -> str | None:
     return f"dashboard: {address}"
 
 
-def _is_over(children: list[Child]) -> bool:
+def _is_over(children: list[ChildProcess]) -> bool:
     """Whether all robots are done, or the arena or router will not run."""
     robots = [child.is_over for child in children if child.is_robot]
     nature = [child for child in children if not child.is_robot and not child.only_watches]
     return all(robots) or any(child.is_over for child in nature)
 
 
-def _session(network: Network) -> zenoh.Session:
+def _session(network: NetworkSettings) -> zenoh.Session:
     """Watch through the network of the robots; a router that has just been started may need a moment."""
     until_s = time.monotonic() + _PATIENCE_S
     while True:
@@ -123,8 +123,8 @@ def _session(network: Network) -> zenoh.Session:
                 raise
 
 
-def _all_see_all(watcher: Watcher, count: int) -> bool:
-    states = [watched.state for watched in watcher.watch.alive]
+def _all_see_all(watcher: TelemetrySubscriber, count: int) -> bool:
+    states = [watched.state for watched in watcher.monitor.alive]
     return sum(s is not None and s.peers >= count - 1 for s in states) >= count
 
 
@@ -138,7 +138,7 @@ def _display(console: Console) -> Iterator[Live | None]:
 
 
 @contextlib.contextmanager
-def _running(children: list[Child], config: Config) -> Iterator[None]:
+def _running(children: list[ChildProcess], config: Config) -> Iterator[None]:
     """Run processes; robots first, then the arena, are asked to save and end when this is left."""
     try:
         for child in children:
@@ -153,24 +153,24 @@ def _running(children: list[Child], config: Config) -> Iterator[None]:
         for is_robot in (True, False):
             group = [child for child in children if child.is_robot == is_robot]
             for child in group:
-                child.ask_to_stop()
+                child.terminate()
             until_s = time.monotonic() + _GRACE_S
             for child in group:
                 child.wait(until_s)
 
 
-def _prepare(launch: Launch) -> None:
+def _prepare(launch: LaunchOptions) -> None:
     """Make the results folder, with the config and the keys of a repeatable run."""
     make_folder(launch.folder)
     keep_config(launch.folder, launch.config)
     for number in range(launch.count):
         folder = launch.folder / "robots" / str(number)
         make_folder(folder)
-        if is_repeatable(launch) and not (folder / KEY).exists():
-            write_key(folder / KEY, seeded_key(launch.colony, launch.config.seed, number))
+        if is_repeatable(launch) and not (folder / KEY_FILE).exists():
+            write_key(folder / KEY_FILE, seeded_key(launch.colony, launch.config.seed, number))
 
 
-def _greet(console: Console, launch: Launch, endpoint: str) -> None:
+def _greet(console: Console, launch: LaunchOptions, endpoint: str) -> None:
     clock = (
         "in lockstep, as fast as possible"
         if launch.wall_period_s is None

@@ -34,41 +34,41 @@ class RobotProcess:
         self._reopen, self._say = reopen, say
         self._is_stopped: Callable[[], bool] = lambda: False
         self._robot = EmbodiedRobot(
-            node, transport, config, arena, wanted_place, snapshot_s, self._come_anew, say,
+            node, transport, config, arena, wanted_place, snapshot_s, self._reconnect_session, say,
             lambda: inbox.dropped,
         )  # fmt: skip
 
     def run(self, is_stopped: Callable[[], bool]) -> None:
-        """Live; everything is saved in the end. Raises TwinError, StoreError and StoreBroken."""
+        """Live; everything is saved in the end. Raises DuplicateIdentityError, StorageError and FatalStorageError."""
         self._is_stopped = is_stopped
         node, robot = self._node, self._robot
         node.session = self._transport.name
-        robot.begin(time.monotonic())
-        self._transport.host(node.id, node.life)
+        robot.start(time.monotonic())
+        self._transport.add_robot(node.id, node.incarnation)
         try:
             while not is_stopped() and not robot.is_done:
                 wait_s = min(robot.next_s - time.monotonic(), _LONGEST_WAIT_S)
                 arrival = self._inbox.get(max(wait_s, 0.0))
                 if arrival is not None:
-                    robot.take(time.monotonic(), arrival)
+                    robot.handle_event(time.monotonic(), arrival)
                 self._keep_time(time.monotonic())
         finally:
-            robot.leave()
-            self._transport.unhost(node.id)
+            robot.release_body()
+            self._transport.remove_robot(node.id)
         node.save()
 
     def _keep_time(self, now_s: float) -> None:
-        self._robot.keep_time(now_s)
+        self._robot.handle_timers(now_s)
         for peer in self._transport.peers_without_token(now_s):
-            self._robot.say_fault(
+            self._robot.report_fault(
                 f"peer {peer} has no token: a stranger, or a robot that is not seen"
             )
 
-    def _come_anew(self) -> None:
+    def _reconnect_session(self) -> None:
         """Leave the network and come back, however long that takes."""
         while not self._is_stopped():
             try:
-                self._transport.move(self._reopen)
+                self._transport.reconnect(self._reopen)
             except NetworkError as error:  # a router that is away just now
                 self._say(f"{error}; trying again")
                 self._inbox.get(_LONGEST_WAIT_S)

@@ -5,12 +5,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from crcolony.config import Config, ConfigError
-from crcolony.runtime.console import say
-from crcolony.shutdown import Stop
-from crcolony.storage.files import WORLD, make_folder
+from crcolony.runtime.console import print_line
+from crcolony.shutdown import ShutdownSignal
+from crcolony.storage.files import ARENA_CHECKPOINT, make_folder
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.zenoh_arena import ArenaTransport
-from crcolony.transport.zenoh_session import Network, open_session
+from crcolony.transport.zenoh_session import NetworkSettings, open_session
 
 if TYPE_CHECKING:
     from crcolony.nodes.arena_node import ArenaNode
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def run_arena(
     config: Config,
     name: str,
-    network: Network,
+    network: NetworkSettings,
     wall_period_s: float | None,
     expect: int,
     folder: Path | None,
@@ -29,24 +29,24 @@ def run_arena(
     It is on the network at once, so that robots find each other while the world is imported and compiled.
     """
     inbox = Inbox()
-    stop = Stop(wake=inbox.wake)
+    stop = ShutdownSignal(wake=inbox.wake)
     world = secrets.randbelow(2**62)
     with open_session(network) as session:
         from crcolony.runtime.arena_process import ArenaProcess, restore_arena
 
-        new_arena(config, 0, lockstep=False, expect=0).advance()  # compiles before anybody waits
+        new_arena(config, 0, lockstep=False, expect=0).step()  # compiles before anybody waits
         node = new_arena(config, world, wall_period_s is None, expect)
         checkpoint = None
         if folder is not None:
             make_folder(folder)
-            checkpoint = folder / WORLD
+            checkpoint = folder / ARENA_CHECKPOINT
             if restore_arena(node, checkpoint):
-                say(f"goes on from tick {node.tick}")
+                print_line(f"goes on from tick {node.tick}")
         transport = ArenaTransport(session, name, world, inbox.deliver)
-        process = ArenaProcess(node, name, transport, inbox, wall_period_s, checkpoint, say)
-        say(f"arena {name} with {config.robots} places, {_clock_in_words(wall_period_s)}")
+        process = ArenaProcess(node, name, transport, inbox, wall_period_s, checkpoint, print_line)
+        print_line(f"arena {name} with {config.robots} places, {_clock_in_words(wall_period_s)}")
         process.run(stop)
-        say(f"stopped at tick {node.tick}")
+        print_line(f"stopped at tick {node.tick}")
 
 
 def new_arena(config: Config, world: int, lockstep: bool, expect: int) -> "ArenaNode":
@@ -59,12 +59,12 @@ def new_arena(config: Config, world: int, lockstep: bool, expect: int) -> "Arena
         raise ConfigError(str(error)) from None
 
 
-def run_router(network: Network) -> None:
+def run_router(network: NetworkSettings) -> None:
     """Carry the messages of clients until told to stop: any number of routers stand in for each other."""
     inbox = Inbox()
-    stop = Stop(wake=inbox.wake)
+    stop = ShutdownSignal(wake=inbox.wake)
     with open_session(network):
-        say(f"router at {', '.join(network.listen)}")
+        print_line(f"router at {', '.join(network.listen)}")
         while not stop():
             inbox.get(1.0)
 

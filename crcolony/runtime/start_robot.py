@@ -15,15 +15,15 @@ from crcolony.body.contract import OBSERVATION_WIDTH
 from crcolony.config import Config
 from crcolony.nodes.robot_node import RobotNode
 from crcolony.protocol.identity import AllowList, create_key, load_key
-from crcolony.robot.factory import numbered_streams, own_streams, raise_robots
-from crcolony.runtime.console import _say_event, say
+from crcolony.robot.factory import make_robots, numbered_streams, own_streams
+from crcolony.runtime.console import _say_event, print_line
 from crcolony.runtime.robot_process import RobotProcess
-from crcolony.shutdown import Stop
-from crcolony.storage.files import KEY, MEMORY, make_folder
-from crcolony.storage.store import Store
+from crcolony.shutdown import ShutdownSignal
+from crcolony.storage.files import KEY_FILE, ROBOT_FILE, make_folder
+from crcolony.storage.store import RobotStore
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.zenoh_robots import RobotTransport
-from crcolony.transport.zenoh_session import Network, open_session
+from crcolony.transport.zenoh_session import NetworkSettings, open_session
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class RobotOptions:
     folder: Path
     colony: str
     arena: str
-    network: Network
+    network: NetworkSettings
     key: Path | None = None
     """None: the folder's own, made if it is missing"""
     number: int = -1
@@ -46,9 +46,9 @@ class RobotOptions:
 def run_robot(options: RobotOptions) -> None:
     """Run a robot until told to stop; raises Refusal for what is wrong outside, Broken when its disk fails."""
     inbox = Inbox()
-    stop = Stop(wake=inbox.wake)
+    stop = ShutdownSignal(wake=inbox.wake)
     make_folder(options.folder)
-    key = options.key or options.folder / KEY
+    key = options.key or options.folder / KEY_FILE
     identity = load_key(key) if key.exists() or options.key else create_key(key)
     allow = AllowList.load(options.allow) if options.allow else AllowList()
     config, number = options.config, max(options.number, 0)
@@ -57,13 +57,13 @@ def run_robot(options: RobotOptions) -> None:
         if options.is_repeatable
         else own_streams([identity.id])
     )
-    batch, _, (robot,) = raise_robots(config, [identity.id.hex()], streams)
+    batch, _, (robot,) = make_robots(config, [identity.id.hex()], streams)
     schema = bytes.fromhex(robot.subpopulation.schema.digest)
     warm_up(config)
     with contextlib.ExitStack() as opened:
-        memory = Store(options.folder / MEMORY, identity.id, schema)
+        memory = RobotStore(options.folder / ROBOT_FILE, identity.id, schema)
         opened.callback(memory.close)
-        life = memory.begin_life(int(time.time()))
+        life = memory.begin_incarnation(int(time.time()))
         session = open_session(options.network)
         transport = RobotTransport(session, options.colony, options.arena, inbox.deliver)
         opened.callback(transport.close)
@@ -79,7 +79,7 @@ def run_robot(options: RobotOptions) -> None:
             allow,
             hear=_say_event,
         )
-        say(f"robot {identity.id.hex()} of colony {options.colony}")
+        print_line(f"robot {identity.id.hex()} of colony {options.colony}")
         process = RobotProcess(
             node,
             transport,
@@ -89,14 +89,14 @@ def run_robot(options: RobotOptions) -> None:
             options.number,
             options.snapshot_s,
             lambda: open_session(options.network),
-            say,
+            print_line,
         )
         process.run(stop)
-        say(f"saved in generation {robot.generation}, after {node.matings} matings")
+        print_line(f"saved in generation {robot.generation}, after {node.matings} matings")
 
 
 def warm_up(config: Config) -> None:
     """Load the compiled control step before anybody counts on an answer."""
-    _, _, (robot,) = raise_robots(config, ["0"], numbered_streams(0, 0, 1))
-    robot.begin()
+    _, _, (robot,) = make_robots(config, ["0"], numbered_streams(0, 0, 1))
+    robot.start()
     robot.step(np.zeros(OBSERVATION_WIDTH))

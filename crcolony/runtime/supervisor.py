@@ -12,7 +12,7 @@ from pathlib import Path
 from crcolony.config import Config
 from crcolony.errors import EXIT_OK, EXIT_WRONG_INPUT
 from crcolony.storage.files import make_folder
-from crcolony.transport.zenoh_session import HERE, MESH_ROBOTS, Network, free_port, is_taken
+from crcolony.transport.zenoh_session import HERE, MESH_ROBOTS, NetworkSettings, free_port, is_taken
 
 _RESTARTS, _RESTARTS_WITHIN_S = 5, 60.0
 _RESTART_DELAY_S = 0.5
@@ -20,7 +20,7 @@ DASHBOARD = "dashboard"
 
 
 @dataclass(frozen=True)
-class Launch:
+class LaunchOptions:
     """What to start."""
 
     config: Config
@@ -28,7 +28,7 @@ class Launch:
     folder: Path
     colony: str
     arena: str
-    network: Network | None
+    network: NetworkSettings | None
     """None: a port of this machine, for this colony alone"""
     wall_period_s: float | None
     robots_only: bool
@@ -38,7 +38,7 @@ class Launch:
 
 
 @dataclass
-class Child:
+class ChildProcess:
     """A process that was started here."""
 
     name: str
@@ -64,7 +64,7 @@ class Child:
                 start_new_session=True,
             )
 
-    def look_after(self, now_s: float) -> str | None:
+    def restart_if_dead(self, now_s: float) -> str | None:
         """See whether it lives, and start it again if it died; return what happened, in words."""
         if self.restart_at_s is not None and now_s >= self.restart_at_s:
             self.restarts += 1
@@ -102,7 +102,7 @@ class Child:
         """Whether it has ended for good."""
         return bool(self.ended)
 
-    def ask_to_stop(self) -> None:
+    def terminate(self) -> None:
         """Ask it to save and end."""
         if self.process is not None and self.process.poll() is None:
             self.process.terminate()
@@ -118,38 +118,40 @@ class Child:
             self.process.wait()
 
 
-def is_repeatable(launch: Launch) -> bool:
+def is_repeatable(launch: LaunchOptions) -> bool:
     return launch.wall_period_s is None and not launch.robots_only
 
 
 @dataclass(frozen=True)
-class Networks:
+class LaunchNetworks:
     """How the processes of a launch come onto the network."""
 
-    robots: Network
-    arena: Network
-    router: Network | None
+    robots: NetworkSettings
+    arena: NetworkSettings
+    router: NetworkSettings | None
     endpoint: str
     """Where others join them"""
 
 
-def networks_of(launch: Launch) -> Networks:
+def networks_of(launch: LaunchOptions) -> LaunchNetworks:
     """Return how to connect: as told, or by a seed on this machine, which is a router for more than a mesh carries."""
     told = launch.network
     if told is None:
         is_free = launch.robots_only or not is_taken(HERE)
         seed = HERE if is_free else f"tcp/127.0.0.1:{free_port()}"
-        joining, beginning = Network(connect=(seed,)), Network(listen=(seed,))
+        joining, beginning = NetworkSettings(connect=(seed,)), NetworkSettings(listen=(seed,))
         if launch.count > MESH_ROBOTS and not launch.robots_only:
-            client = Network(role="client", connect=(seed,))
-            return Networks(client, client, Network(role="router", listen=(seed,)), seed)
-        return Networks(joining, beginning, None, seed)
+            client = NetworkSettings(role="client", connect=(seed,))
+            return LaunchNetworks(
+                client, client, NetworkSettings(role="router", listen=(seed,)), seed
+            )
+        return LaunchNetworks(joining, beginning, None, seed)
     if launch.robots_only or not told.listen:
-        return Networks(told, told, None, (*told.connect, f"--interface {told.interface}")[0])
-    return Networks(Network(connect=told.listen), told, None, told.listen[0])
+        return LaunchNetworks(told, told, None, (*told.connect, f"--interface {told.interface}")[0])
+    return LaunchNetworks(NetworkSettings(connect=told.listen), told, None, told.listen[0])
 
 
-def _words(network: Network) -> list[str]:
+def _words(network: NetworkSettings) -> list[str]:
     """Return a network as options of the command line."""
     words = [word for endpoint in network.connect for word in ("--connect", endpoint)]
     words += [word for endpoint in network.listen for word in ("--listen", endpoint)]
@@ -158,7 +160,7 @@ def _words(network: Network) -> list[str]:
     return [*words, "--client"] if network.role == "client" else words
 
 
-def children_of(launch: Launch, networks: Networks) -> list[Child]:
+def children_of(launch: LaunchOptions, networks: LaunchNetworks) -> list[ChildProcess]:
     """Return what to start, in order."""
     logs = launch.folder / "logs"
     make_folder(logs)
@@ -175,12 +177,12 @@ def children_of(launch: Launch, networks: Networks) -> list[Child]:
     return children
 
 
-def _child(name: str, words: list[str], logs: Path) -> Child:
+def _child(name: str, words: list[str], logs: Path) -> ChildProcess:
     log = logs / f"{name.replace(' ', '-')}.log"
-    return Child(name, [sys.executable, "-m", "crcolony", *words], log)
+    return ChildProcess(name, [sys.executable, "-m", "crcolony", *words], log)
 
 
-def _arena_words(launch: Launch, network: Network) -> list[str]:
+def _arena_words(launch: LaunchOptions, network: NetworkSettings) -> list[str]:
     clock = (
         ["--lockstep", "--expect", str(launch.count)]
         if launch.wall_period_s is None
@@ -191,7 +193,7 @@ def _arena_words(launch: Launch, network: Network) -> list[str]:
     return [*words, *clock, *_words(network)]
 
 
-def _robot_words(launch: Launch, network: Network, number: int) -> list[str]:
+def _robot_words(launch: LaunchOptions, network: NetworkSettings, number: int) -> list[str]:
     words = [
         "robot", "--config", str(launch.folder / "config.toml"), "--colony", launch.colony,
         "--arena", launch.arena, "--out", str(launch.folder / "robots" / str(number)),
@@ -202,7 +204,7 @@ def _robot_words(launch: Launch, network: Network, number: int) -> list[str]:
     return [*words, "--repeatable"] if is_repeatable(launch) else words
 
 
-def _dashboard_words(launch: Launch, network: Network) -> list[str]:
+def _dashboard_words(launch: LaunchOptions, network: NetworkSettings) -> list[str]:
     return ["dashboard", "--web", "--out", str(launch.folder), *_words(network)]
 
 

@@ -5,10 +5,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
 
-from crcolony.errors import Refusal
+from crcolony.errors import CrcolonyError
 
 
-class ResultsError(Refusal):
+class FolderError(CrcolonyError):
     """A results folder cannot be read or written: the message names the file and the reason."""
 
 
@@ -25,13 +25,13 @@ def replace_file(path: Path, write: Callable[[BinaryIO], object]) -> None:
         draft.unlink(missing_ok=True)
 
 
-MEMORY, KEY, WORLD = "memory.sqlite", "key", "arena.npz"
+ROBOT_FILE, KEY_FILE, ARENA_CHECKPOINT = "robot.sqlite", "key", "arena.npz"
 """What the folders of robots and arenas hold."""
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder; raises ResultsError if that is impossible."""
+    """Make a folder; raises FolderError if that is impossible."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ResultsError(f"{folder}: cannot be made: {error.strerror}") from None
+        raise FolderError(f"{folder}: cannot be made: {error.strerror}") from None

@@ -4,7 +4,7 @@ import sqlite3
 from dataclasses import dataclass
 from pathlib import Path
 
-from crcolony.storage.sql import _DIGEST_BYTES, StoreError, digest_of, select
+from crcolony.storage.sql import _DIGEST_BYTES, StorageError, digest_of, select
 
 
 @dataclass
@@ -13,7 +13,7 @@ class Head:
 
     robot: str
     schema: bytes
-    life: int = 0
+    incarnation: int = 0
     serial: int = 0
     newest: int = 0
     older: int = 0
@@ -39,24 +39,26 @@ class Checked:
 
 
 def check(database: sqlite3.Connection, path: Path) -> Checked:
-    """Look at every page and row; raises StoreError for any damage that is not to a snapshot."""
+    """Look at every page and row; raises StorageError for any damage that is not to a snapshot."""
     for (finding,) in database.execute("PRAGMA integrity_check(1)"):
         if finding != "ok":
-            raise StoreError(f"{path}: corrupt: {finding.splitlines()[0]}")
-    rows = list(select(database, "SELECT * FROM memory"))
-    if len(rows) != 1 or rows[0].pop("digest") != digest_of("memory", rows[0]):
-        raise StoreError(f"{path}: corrupt: the row of table memory is damaged")
+            raise StorageError(f"{path}: corrupt: {finding.splitlines()[0]}")
+    rows = list(select(database, "SELECT * FROM head"))
+    if len(rows) != 1 or rows[0].pop("digest") != digest_of("head", rows[0]):
+        raise StorageError(f"{path}: corrupt: the row of table head is damaged")
     head = Head(**rows[0])
     if head.layout != _layout(database):
-        raise StoreError(f"{path}: corrupt: its tables are not as they were")
+        raise StorageError(f"{path}: corrupt: its tables are not as they were")
     found = Head(head.robot, head.schema)
     for table in ("encounters", "events"):
         for seq, row in enumerate(select(database, f"SELECT * FROM {table} ORDER BY seq"), 1):
             if row["seq"] != seq or row["digest"] != digest_of(table, row):
-                raise StoreError(f"{path}: corrupt: row {seq} of table {table} is damaged or lost")
+                raise StorageError(
+                    f"{path}: corrupt: row {seq} of table {table} is damaged or lost"
+                )
             found.include(row["digest"])
     if found.total != head.total:
-        raise StoreError(f"{path}: corrupt: rows are missing, or of different moments")
+        raise StorageError(f"{path}: corrupt: rows are missing, or of different moments")
     return Checked(head, _damaged_snapshots(database, head, path))
 
 
@@ -67,14 +69,14 @@ def _damaged_snapshots(database: sqlite3.Connection, head: Head, path: Path) -> 
         if row["digest"] != digest_of("snapshots", row):
             damaged.add(row["serial"])
     if serials != {head.newest, head.older} - {0}:
-        raise StoreError(f"{path}: corrupt: a snapshot is missing, or of another moment")
+        raise StorageError(f"{path}: corrupt: a snapshot is missing, or of another moment")
     if serials and serials == damaged:
-        raise StoreError(f"{path}: corrupt: no snapshot is undamaged")
+        raise StorageError(f"{path}: corrupt: no snapshot is undamaged")
     return frozenset(damaged)
 
 
 def _layout(database: sqlite3.Connection) -> bytes:
     """Return a digest of the tables' definitions; what an analyst adds (an index, a view) does not matter."""
     query = "SELECT name, sql FROM sqlite_schema WHERE type = 'table' AND name IN (?, ?, ?, ?)"
-    tables = database.execute(query, ("memory", "encounters", "events", "snapshots")).fetchall()
+    tables = database.execute(query, ("head", "encounters", "events", "snapshots")).fetchall()
     return digest_of("sqlite_schema", dict(tables))

@@ -13,25 +13,25 @@ import numpy as np
 
 from crcolony.evolution.history import Event
 from crcolony.evolution.population import Offspring
-from crcolony.protocol.encounters import Record
+from crcolony.protocol.encounters import EncounterRecord
 from crcolony.protocol.identity import RobotId
 from crcolony.storage.checkpoint import CheckpointError
 from crcolony.storage.integrity import Checked, check
 from crcolony.storage.rows import Decision, decision_of, record_of, snapshot_of
 from crcolony.storage.schema import migrate, recognise, refuse_emptied
-from crcolony.storage.sql import StoreError, named_errors, select
+from crcolony.storage.sql import StorageError, named_errors, select
 
 _events = msgspec.msgpack.Decoder(Event)
 
 
 @dataclass(frozen=True)
-class Memory:
+class StoredRobot:
     """All that a robot remembers, for those who look or add up."""
 
     robot: RobotId
-    life: int
+    incarnation: int
     schema: bytes
-    matings: list[tuple[Record, Decision | None]]
+    matings: list[tuple[EncounterRecord, Decision | None]]
     """All encounters, in the order they began; without a decision where it did not come to a mating"""
     events: list[Event]
     """Up to the snapshot"""
@@ -45,41 +45,43 @@ class Memory:
     pool: list[Offspring]
 
 
-def read_memory(path: Path) -> Memory:
-    """Read a robot's memory, whether the robot lives or not, and change nothing; raises StoreError."""
+def read_stored_robot(path: Path) -> StoredRobot:
+    """Read a robot's memory, whether the robot lives or not, and change nothing; raises StorageError."""
     if not path.is_file():
-        raise StoreError(f"{path}: not a crcolony memory: there is no such file")
+        raise StorageError(f"{path}: not a crcolony robot file: there is no such file")
     refuse_emptied(path)
     with named_errors(path), closing(sqlite3.connect(":memory:")) as database:
         # A copy is of one moment, is out of the robot's way at once, and can be brought to the present version.
         uri = f"file:{quote(str(path.absolute()))}?mode=ro"
         with closing(sqlite3.connect(uri, uri=True)) as source:
             if not recognise(source, path):
-                raise StoreError(f"{path}: not a crcolony memory: it is empty")
+                raise StorageError(f"{path}: not a crcolony robot file: it is empty")
             source.backup(database)
         database.isolation_level = None
         migrate(database, path)
         return _memory(database, check(database, path), path)
 
 
-def _memory(database: sqlite3.Connection, checked: Checked, path: Path) -> Memory:
+def _memory(database: sqlite3.Connection, checked: Checked, path: Path) -> StoredRobot:
     head = checked.head
     base = head.base(checked.damaged)
     rows = select(database, "SELECT * FROM encounters ORDER BY seq")
     matings = [(record_of(row), decision_of(row)) for row in rows]
     robot = bytes.fromhex(head.robot)
     if not base:
-        return Memory(robot, head.life, head.schema, matings, [], None, None, None, None, [])
+        return StoredRobot(
+            robot, head.incarnation, head.schema, matings, [], None, None, None, None, []
+        )
     try:
         saved, snapshot = snapshot_of(database, base)
         query = "SELECT body FROM events WHERE seq <= ? ORDER BY seq"
         bodies = database.execute(query, (snapshot["events"],))
         events = [_events.decode(body) for (body,) in bodies]
     except (CheckpointError, msgspec.DecodeError) as error:
-        raise StoreError(f"{path}: corrupt: {error}") from None
-    return Memory(
+        raise StorageError(f"{path}: corrupt: {error}") from None
+    return StoredRobot(
         robot,
-        head.life,
+        head.incarnation,
         head.schema,
         matings,
         events,

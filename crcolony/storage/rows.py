@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from crcolony.protocol.encounters import Offer, Record
+from crcolony.protocol.encounters import EncounterRecord, Offer
 from crcolony.protocol.mating_messages import Encounter
 from crcolony.storage.checkpoint import CheckpointError, read_checkpoint
 from crcolony.storage.integrity import Head
@@ -53,7 +53,7 @@ class Decision:
 
 def head_of(database: sqlite3.Connection) -> Head:
     """Return the one row of `memory`."""
-    row = find(database, "SELECT * FROM memory")
+    row = find(database, "SELECT * FROM head")
     assert row is not None, "it was there when the memory was opened"
     del row["digest"]
     return Head(**row)
@@ -74,13 +74,16 @@ def snapshot_of(database: sqlite3.Connection, serial: int) -> tuple[dict[str, An
     return read_checkpoint(io.BytesIO(row["robot"])), row
 
 
-def record_of(row: Mapping[str, Any]) -> Record:
+def record_of(row: Mapping[str, Any]) -> EncounterRecord:
     """Return the record that a row of `encounters` holds."""
     encounter = Encounter(
-        bytes.fromhex(row["initiator"]), bytes.fromhex(row["responder"]), row["life"], row["count"]
+        bytes.fromhex(row["initiator"]),
+        bytes.fromhex(row["responder"]),
+        row["incarnation"],
+        row["count"],
     )
     has_partner = row["partner_agent"] is not None
-    return Record(
+    return EncounterRecord(
         encounter,
         row["role"],
         row["state"],
@@ -107,13 +110,13 @@ def decision_of(row: Mapping[str, Any]) -> Decision | None:
     )
 
 
-def row_of(record: Record) -> dict[str, Any]:
+def row_of(record: EncounterRecord) -> dict[str, Any]:
     """Return the columns of `encounters` that a record fills."""
     encounter, partner = record.encounter, record.partner
     return {
         "initiator": encounter.initiator.hex(),
         "responder": encounter.responder.hex(),
-        "life": encounter.life,
+        "incarnation": encounter.incarnation,
         "count": encounter.count,
         "role": record.role,
         "state": record.state,

@@ -1,6 +1,6 @@
 """The file of a robot's memory: its tables, how an older file becomes a present one, and how damage to it is found.
 
-    StoreError                a memory cannot be used: the message names the file and the reason
+    StorageError                a memory cannot be used: the message names the file and the reason
 
 SQLite checksums its log (the WAL) but not the main file. So every row carries a digest over its columns, and the one
 row of `memory` a digest over all of those: a flipped bit, a lost row, and pages of two different moments are all found.
@@ -11,16 +11,16 @@ import sqlite3
 from pathlib import Path
 
 from crcolony.storage.integrity import Checked, Head, _layout, check
-from crcolony.storage.sql import _DIGEST_BYTES, StoreError, put, select
+from crcolony.storage.sql import _DIGEST_BYTES, StorageError, put, select
 
-APPLICATION_ID = 0x43524D59  # "CRMY", what `file` shows of a crcolony memory
+APPLICATION_ID = 0x43524D59  # "CRMY", what `file` shows of a robot file
 
 MIGRATIONS = (
     """
-    CREATE TABLE memory (
+    CREATE TABLE head (
         robot TEXT PRIMARY KEY,  -- whose memory this is, 32 hex digits
         schema BLOB NOT NULL,    -- digest of its genome schema
-        life INTEGER NOT NULL,   -- number of its present start
+        incarnation INTEGER NOT NULL,   -- number of its present start
         serial INTEGER NOT NULL, -- number of the last transaction
         newest INTEGER NOT NULL, -- serial of the newest snapshot, 0 if there is none
         older INTEGER NOT NULL,  -- and of the one before it
@@ -32,8 +32,8 @@ MIGRATIONS = (
         seq INTEGER PRIMARY KEY,   -- 1, 2, 3, ... without gaps
         initiator TEXT NOT NULL,   -- robot ids are 32 hex digits
         responder TEXT NOT NULL,
-        life INTEGER NOT NULL,     -- of the initiator, at its proposal
-        count INTEGER NOT NULL,    -- of its proposals in that life
+        incarnation INTEGER NOT NULL,     -- of the initiator, at its proposal
+        count INTEGER NOT NULL,    -- of its proposals in that incarnation
         role TEXT NOT NULL,        -- of this robot: initiator or responder
         state TEXT NOT NULL,       -- decided, prepared, mated or aborted
         nonce INTEGER NOT NULL,
@@ -52,7 +52,7 @@ MIGRATIONS = (
         stream BLOB,               -- its randomness after the decision
         serial INTEGER,            -- of the transaction that decided
         digest BLOB NOT NULL,
-        UNIQUE (initiator, responder, life, count)
+        UNIQUE (initiator, responder, incarnation, count)
     );
     CREATE TABLE events (
         seq INTEGER PRIMARY KEY, -- 1, 2, 3, ... without gaps
@@ -75,27 +75,27 @@ MIGRATIONS = (
 
 
 def refuse_emptied(path: Path) -> None:
-    """Raise StoreError for a file that lost all its pages but not its log; opening it, SQLite would delete that too."""
+    """Raise StorageError for a file that lost all its pages but not its log; opening it, SQLite would delete that too."""
     log = path.with_name(path.name + "-wal")
     is_empty = not path.exists() or path.stat().st_size == 0
     if is_empty and log.exists() and log.stat().st_size > 0:
-        raise StoreError(f"{path}: corrupt: it is empty, and its log is not")
+        raise StorageError(f"{path}: corrupt: it is empty, and its log is not")
 
 
 def recognise(database: sqlite3.Connection, path: Path) -> bool:
-    """Tell whether a file is a memory (True) or has nothing in it (False); raises StoreError for anything else."""
+    """Tell whether a file is a memory (True) or has nothing in it (False); raises StorageError for anything else."""
     application = int(database.execute("PRAGMA application_id").fetchone()[0])
     if application == APPLICATION_ID:
         return True
     if application or database.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0]:
-        raise StoreError(f"{path}: not a crcolony memory")
+        raise StorageError(f"{path}: not a crcolony robot file")
     return False
 
 
 def create(database: sqlite3.Connection, robot: str, schema: bytes) -> None:
     """Make the tables of a new memory, in one transaction."""
     database.executescript("BEGIN IMMEDIATE;" + "".join(MIGRATIONS))
-    put(database, "memory", vars(Head(robot, schema, layout=_layout(database))))
+    put(database, "head", vars(Head(robot, schema, layout=_layout(database))))
     database.execute(f"PRAGMA application_id = {APPLICATION_ID}")
     database.execute(f"PRAGMA user_version = {len(MIGRATIONS)}")
     database.execute("COMMIT")
@@ -105,13 +105,13 @@ def migrate(database: sqlite3.Connection, path: Path) -> None:
     """Bring a sound memory of an older version to the present one, in one transaction; refuse a newer one."""
     version = int(database.execute("PRAGMA user_version").fetchone()[0])
     if version > len(MIGRATIONS):
-        raise StoreError(
+        raise StorageError(
             f"{path}: written by a newer crcolony (version {version}); update this one"
         )
     if version == len(MIGRATIONS):
         return
     if version < 1:
-        raise StoreError(f"{path}: corrupt: it has no version")
+        raise StorageError(f"{path}: corrupt: it has no version")
     checked = check(database, path)
     database.executescript("BEGIN IMMEDIATE;" + "".join(MIGRATIONS[version:]))
     _seal_again(database, checked)
@@ -129,4 +129,4 @@ def _seal_again(database: sqlite3.Connection, checked: Checked) -> None:
     for row in list(select(database, "SELECT * FROM snapshots")):
         if row["serial"] not in checked.damaged:
             put(database, "snapshots", row)
-    put(database, "memory", vars(head))
+    put(database, "head", vars(head))

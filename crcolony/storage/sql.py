@@ -9,14 +9,14 @@ from typing import Any
 
 import msgspec
 
-from crcolony.errors import Refusal
+from crcolony.errors import CrcolonyError
 
 _DIGEST_BYTES = 16
 
 _encode = msgspec.msgpack.Encoder().encode
 
 
-class StoreError(Refusal):
+class StorageError(CrcolonyError):
     """A memory cannot be used: the message names the file and the reason."""
 
 
@@ -83,13 +83,13 @@ def find(
 
 @contextlib.contextmanager
 def named_errors(path: Path) -> Iterator[None]:
-    """Turn whatever SQLite raises about a file into a StoreError."""
+    """Turn whatever SQLite raises about a file into a StorageError."""
     try:
         yield
     except sqlite3.Error as error:
-        raise StoreError(f"{path}: {_reason(error)}") from None
+        raise StorageError(f"{path}: {_reason(error)}") from None
     except UnicodeDecodeError:  # of an error's text that quotes the damage
-        raise StoreError(f"{path}: corrupt") from None
+        raise StorageError(f"{path}: corrupt") from None
 
 
 def primary_code(error: Exception) -> int:
@@ -100,7 +100,7 @@ def primary_code(error: Exception) -> int:
 def _reason(error: sqlite3.Error) -> str:
     match primary_code(error):
         case sqlite3.SQLITE_NOTADB:
-            return "not a crcolony memory"
+            return "not a crcolony robot file"
         case sqlite3.SQLITE_BUSY:
             return "in use by another process"
         case sqlite3.SQLITE_FULL:

@@ -1,8 +1,8 @@
 """A robot's memory: one SQLite file with its encounters and decisions, its history, and snapshots of all of it.
 
-    StoreError                at opening and reading: the memory cannot be used
-    StoreFull                 nothing of this transaction is on the disk: there is no room, or somebody locks the file
-    StoreBroken               nobody knows what is on the disk: stop, and begin again from there
+    StorageError                at opening and reading: the memory cannot be used
+    StorageFullError                 nothing of this transaction is on the disk: there is no room, or somebody locks the file
+    FatalStorageError               nobody knows what is on the disk: stop, and begin again from there
 
 What a method has returned from is on the disk (with `durable`), and a transaction is there whole or not at all.
 """
@@ -19,13 +19,13 @@ from typing import Any, NoReturn
 
 import msgspec
 
-from crcolony.errors import Broken, Refusal
+from crcolony.errors import Broken, CrcolonyError
 from crcolony.evolution.history import Event
-from crcolony.protocol.encounters import Record
+from crcolony.protocol.encounters import EncounterRecord
 from crcolony.protocol.identity import RobotId
 from crcolony.storage.checkpoint import CheckpointError, write_checkpoint
 from crcolony.storage.integrity import check
-from crcolony.storage.reading import Memory, read_memory
+from crcolony.storage.reading import read_stored_robot
 from crcolony.storage.rows import (
     UNDECIDED,
     WAITING,
@@ -40,30 +40,38 @@ from crcolony.storage.rows import (
     snapshot_of,
 )
 from crcolony.storage.schema import create, migrate, recognise, refuse_emptied
-from crcolony.storage.sql import StoreError, insert, named_errors, primary_code, put, select, update
+from crcolony.storage.sql import (
+    StorageError,
+    insert,
+    named_errors,
+    primary_code,
+    put,
+    select,
+    update,
+)
 
 __all__ = [
     "Decision",
     "Memory",
     "Store",
-    "StoreBroken",
-    "StoreError",
-    "StoreFull",
-    "read_memory",
+    "FatalStorageError",
+    "StorageError",
+    "StorageFullError",
+    "read_stored_robot",
 ]
 
 _encode = msgspec.msgpack.Encoder().encode
 
 
-class StoreFull(Refusal):
+class StorageFullError(CrcolonyError):
     """A transaction was rolled back, certainly, for want of room or because somebody locks the file: go on without."""
 
 
-class StoreBroken(Broken):
+class FatalStorageError(Broken):
     """Nobody knows whether a transaction is on the disk: the process must stop and begin again from there."""
 
 
-class Store:
+class RobotStore:
     """The memory of one robot, for one process, and in it for one thread at a time."""
 
     def __init__(
@@ -74,14 +82,14 @@ class Store:
         busy_s: float = 0.3,
         durable: bool = True,
     ) -> None:
-        """Open the file, or make it; raises StoreError. Without `durable` a power cut may take what was written."""
+        """Open the file, or make it; raises StorageError. Without `durable` a power cut may take what was written."""
         self.path = path
         self._is_broken = False
         self._database: sqlite3.Connection | None = None
         self._known: Known | None = None
         """None: to be read from the disk"""
         if path.is_dir():
-            raise StoreError(f"{path}: is a folder, not a memory")
+            raise StorageError(f"{path}: is a folder, not a memory")
         self._lock: int | None = _lock(path)
         try:
             with named_errors(path):
@@ -101,39 +109,39 @@ class Store:
         database.execute("PRAGMA foreign_keys = ON")
         (mode,) = database.execute("PRAGMA journal_mode = WAL").fetchone()
         if mode != "wal":
-            raise StoreError(f"{self.path}: its file system cannot hold a memory (no WAL)")
+            raise StorageError(f"{self.path}: its file system cannot hold a memory (no WAL)")
         if is_memory:
             migrate(database, self.path)
         else:
             create(database, robot.hex(), schema)
             database.execute("PRAGMA wal_checkpoint(TRUNCATE)")  # now the main file says what it is
         database.execute("BEGIN IMMEDIATE")  # a file that may only be read is told here, not later
-        database.execute("UPDATE memory SET life = life")
+        database.execute("UPDATE head SET incarnation = incarnation")
         database.execute("ROLLBACK")
         checked = check(database, self.path)
         head, self._damaged = checked.head, checked.damaged
         if head.robot != robot.hex():
-            raise StoreError(
+            raise StorageError(
                 f"{self.path}: the memory of robot {head.robot[:8]}, not of {robot.hex()[:8]}"
             )
         if head.schema != schema:
-            raise StoreError(f"{self.path}: its genomes are of another schema than the settings'")
+            raise StorageError(f"{self.path}: its genomes are of another schema than the settings'")
 
-    def begin_life(self, unix_s: int) -> int:
+    def begin_incarnation(self, unix_s: int) -> int:
         """Return the number of this start, on disk by then: it grows though clocks jump and memories get lost."""
         with self._transaction() as known:
-            known.head.life = max(known.head.life + 1, unix_s)
-        return known.head.life
+            known.head.incarnation = max(known.head.incarnation + 1, unix_s)
+        return known.head.incarnation
 
     def write(
         self,
-        records: Sequence[Record],
-        decided: Record | None = None,
+        records: Sequence[EncounterRecord],
+        decided: EncounterRecord | None = None,
         decision: Decision | None = None,
     ) -> None:
         """Write records, each in place of what was known of its encounter, and what was decided about one of them.
 
-        Raises StoreFull or StoreBroken, and ValueError for an encounter that was decided about before, or has ended.
+        Raises StorageFullError or FatalStorageError, and ValueError for an encounter that was decided about before, or has ended.
         """
         if (decided is None) != (decision is None) or (decided and decided not in records):
             raise ValueError("a decision is about one of the records")
@@ -141,7 +149,9 @@ class Store:
             for record in records:
                 self._write_record(record, decision if record == decided else None, known)
 
-    def _write_record(self, record: Record, decision: Decision | None, known: Known) -> None:
+    def _write_record(
+        self, record: EncounterRecord, decision: Decision | None, known: Known
+    ) -> None:
         database, head = self._connection, known.head
         before = known.waiting.pop(record.encounter, None)
         row = row_of(record)
@@ -200,7 +210,7 @@ class Store:
             head.newest, head.older = head.serial, base
 
     def load(self) -> tuple[dict[str, Any], int] | None:
-        """Return the newest snapshot that is undamaged, and its tick; None in a new memory. Raises StoreError."""
+        """Return the newest snapshot that is undamaged, and its tick; None in a new memory. Raises StorageError."""
         with named_errors(self.path):
             head = head_of(self._connection)
             for serial in (head.newest, head.older):
@@ -212,10 +222,10 @@ class Store:
                     else:
                         return saved, int(row["tick"])
         if head.newest:
-            raise StoreError(f"{self.path}: corrupt: no snapshot can be understood")
+            raise StorageError(f"{self.path}: corrupt: no snapshot can be understood")
         return None
 
-    def decisions_since(self) -> list[tuple[Record, Decision]]:
+    def decisions_since(self) -> list[tuple[EncounterRecord, Decision]]:
         """Return the matings decided after the newest undamaged snapshot, in order: it does not know of them."""
         query = "SELECT * FROM encounters WHERE serial > ? ORDER BY serial"
         decisions = []
@@ -226,7 +236,7 @@ class Store:
                 decisions.append((record_of(row), decision))
         return decisions
 
-    def open_records(self) -> list[Record]:
+    def open_records(self) -> list[EncounterRecord]:
         """Return the encounters that wait for their partner, oldest first."""
         with named_errors(self.path):
             return [record_of(row) for row in select(self._connection, WAITING)]
@@ -234,13 +244,13 @@ class Store:
     def marks(self) -> dict[RobotId, tuple[tuple[int, int], bool]]:
         """Return, of every initiator, its last encounter that this robot was prepared for, and whether it mated."""
         query = """
-            SELECT initiator, life, count, state FROM encounters WHERE role = 'responder'
-            ORDER BY life, count
+            SELECT initiator, incarnation, count, state FROM encounters WHERE role = 'responder'
+            ORDER BY incarnation, count
         """
         with named_errors(self.path):
             return {
-                bytes.fromhex(initiator): ((life, count), state == "mated")
-                for initiator, life, count, state in self._connection.execute(query)
+                bytes.fromhex(initiator): ((incarnation, count), state == "mated")
+                for initiator, incarnation, count, state in self._connection.execute(query)
             }
 
     def close(self) -> None:
@@ -275,7 +285,7 @@ class Store:
     def _transaction(self) -> Iterator[Known]:
         """Write all of it or nothing; what is yielded is to be brought up to date with what is written."""
         if self._is_broken:
-            raise StoreBroken(f"{self.path}: broken before; begin again from the disk")
+            raise FatalStorageError(f"{self.path}: broken before; begin again from the disk")
         # Until all is on the disk, nothing else is known for sure, even after a Ctrl-C in the middle.
         known, self._known = self._known, None
         try:
@@ -284,7 +294,7 @@ class Store:
                 known = known_of(self._connection)
             known.head.serial += 1
             yield known
-            put(self._connection, "memory", vars(known.head))
+            put(self._connection, "head", vars(known.head))
             self._connection.execute("COMMIT")
             self._known = known
         except (sqlite3.Error, UnicodeDecodeError) as error:  # see named_errors
@@ -306,9 +316,9 @@ class Store:
             or getattr(error, "sqlite_errorcode", -1) == sqlite3.SQLITE_IOERR_WRITE
         )
         if is_certain and not self._is_broken:
-            raise StoreFull(f"{self.path}: not written: {error}") from None
+            raise StorageFullError(f"{self.path}: not written: {error}") from None
         self._is_broken = True
-        raise StoreBroken(f"{self.path}: {error}") from None
+        raise FatalStorageError(f"{self.path}: {error}") from None
 
     def _roll_back(self) -> None:
         try:
@@ -324,7 +334,7 @@ def _lock(path: Path) -> int:
     try:
         lock = os.open(side, os.O_RDWR | os.O_CREAT, 0o644)
     except OSError as error:
-        raise StoreError(f"{path}: cannot be written: {error.strerror}") from None
+        raise StorageError(f"{path}: cannot be written: {error.strerror}") from None
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
@@ -334,7 +344,7 @@ def _lock(path: Path) -> int:
         reason = f"cannot be locked: {error.strerror}"
         if is_taken:
             reason = f"in use by another process{f' ({holder})' if holder else ''}"
-        raise StoreError(f"{path}: {reason}") from None
+        raise StorageError(f"{path}: {reason}") from None
     with contextlib.suppress(OSError):  # who it is helps a person; on a full disk it stays unsaid
         os.ftruncate(lock, 0)
         os.pwrite(lock, f"pid {os.getpid()}\n".encode(), 0)

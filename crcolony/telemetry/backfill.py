@@ -7,8 +7,8 @@ from typing import Literal, NamedTuple
 from crcolony.protocol.codec import encode
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
-from crcolony.protocol.telemetry_messages import Ask
-from crcolony.telemetry.robot_status import Watched, WatchedArena
+from crcolony.protocol.telemetry_messages import HistoryRequest
+from crcolony.telemetry.robot_status import ArenaStatus, RobotStatus
 from crcolony.telemetry.sequence_gaps import TRIES
 
 ANSWER_S = 2.0
@@ -22,32 +22,32 @@ Who = RobotId | str
 """A robot, or an arena by its name"""
 
 
-class Question(NamedTuple):
-    """What to ask on the network: for missed events (an encoded `Ask`), or about a robot or arena (nothing)."""
+class BackfillRequest(NamedTuple):
+    """What to ask on the network: for missed events (an encoded `HistoryRequest`), or about a robot or arena (nothing)."""
 
     key: str
     payload: bytes
 
     @property
-    def kind(self) -> Literal["past", "about"]:
+    def kind(self) -> Literal["history", "metadata"]:
         """What the answer is."""
-        return "past" if self.payload else "about"
+        return "history" if self.payload else "metadata"
 
 
 @dataclass(frozen=True)
-class UnderWay:
+class PendingRequest:
     """A question that waits for its answer."""
 
     asked_s: float
-    kind: Literal["past", "about"]
-    life: int = 0
+    kind: Literal["history", "metadata"]
+    incarnation: int = 0
     first: int = 0
     """Of the events that were asked for"""
     tries: int = 0
     """How often it has been asked about in vain"""
 
 
-class Asking:
+class BackfillScheduler:
     """Remembers who misses what, and lets ask for it; at most one question to everybody at a time."""
 
     def __init__(self, about_period_s: float) -> None:
@@ -56,15 +56,15 @@ class Asking:
         """Robots of whose events some are missing, the longest unasked first"""
         self._about: dict[Who, int] = {}
         """Who is to be asked about, and how often that was in vain"""
-        self._under_way: dict[Who, UnderWay] = {}
+        self._under_way: dict[Who, PendingRequest] = {}
         self._turn_due_s = 0.0
         self._turn = 0
 
-    def want_past(self, robot: RobotId) -> None:
+    def request_history(self, robot: RobotId) -> None:
         """Events of a robot are missing."""
         self._past.setdefault(robot)
 
-    def want_about(self, who: Who) -> None:
+    def request_metadata(self, who: Who) -> None:
         """A robot has a new life, or an arena a new world."""
         self._about[who] = 0
 
@@ -75,36 +75,39 @@ class Asking:
         if isinstance(who, bytes):
             self._past.pop(who, None)
 
-    def answered(self, who: Who, kind: Literal["past", "about"]) -> UnderWay | None:
+    def complete(self, who: Who, kind: Literal["history", "metadata"]) -> PendingRequest | None:
         """Hear an answer; return the question that it answers, if there is one."""
-        if kind == "about":
+        if kind == "metadata":
             self._about.pop(who, None)
         asked = self._under_way.get(who)
         return self._under_way.pop(who) if asked is not None and asked.kind == kind else None
 
-    def questions(
-        self, unix_s: float, robots: Mapping[RobotId, Watched], arenas: Mapping[str, WatchedArena]
-    ) -> list[Question]:
+    def due_requests(
+        self,
+        unix_s: float,
+        robots: Mapping[RobotId, RobotStatus],
+        arenas: Mapping[str, ArenaStatus],
+    ) -> list[BackfillRequest]:
         """Return what to ask now."""
         self._give_up(unix_s, robots)
         self._take_turns(unix_s, robots)
         return [*self._abouts(unix_s, robots, arenas), *self._pasts(unix_s, robots)]
 
-    def _give_up(self, unix_s: float, robots: Mapping[RobotId, Watched]) -> None:
+    def _give_up(self, unix_s: float, robots: Mapping[RobotId, RobotStatus]) -> None:
         """Wait no longer for answers that are late (or from the future: the clock was set back)."""
         for who, asked in list(self._under_way.items()):
             if 0.0 <= unix_s - asked.asked_s < ANSWER_S:
                 continue
             del self._under_way[who]
-            if asked.kind == "about":
+            if asked.kind == "metadata":
                 if asked.tries + 1 < TRIES:
                     self._about.setdefault(who, asked.tries + 1)
             elif isinstance(who, bytes):
                 watched = robots[who]
-                if watched.gaps is not None and watched.life == asked.life:
-                    watched.gaps.unanswered(asked.first)
+                if watched.sequence is not None and watched.incarnation == asked.incarnation:
+                    watched.sequence.handle_no_reply(asked.first)
 
-    def _take_turns(self, unix_s: float, robots: Mapping[RobotId, Watched]) -> None:
+    def _take_turns(self, unix_s: float, robots: Mapping[RobotId, RobotStatus]) -> None:
         """In every period the next robots are asked about again."""
         if 0.0 < self._turn_due_s - unix_s <= self._about_period_s:
             return
@@ -115,10 +118,13 @@ class Asking:
         self._turn = (self._turn + TURN_ROBOTS) % max(len(alive), 1)
 
     def _abouts(
-        self, unix_s: float, robots: Mapping[RobotId, Watched], arenas: Mapping[str, WatchedArena]
-    ) -> list[Question]:
-        asked: list[Question] = []
-        room = _MOST_ABOUT - sum(way.kind == "about" for way in self._under_way.values())
+        self,
+        unix_s: float,
+        robots: Mapping[RobotId, RobotStatus],
+        arenas: Mapping[str, ArenaStatus],
+    ) -> list[BackfillRequest]:
+        asked: list[BackfillRequest] = []
+        room = _MOST_ABOUT - sum(way.kind == "metadata" for way in self._under_way.values())
         for who in list(self._about):
             if len(asked) >= room or len(self._under_way) >= MOST_UNDER_WAY:
                 break
@@ -127,34 +133,34 @@ class Asking:
             tries = self._about.pop(who)
             key = _key_about(who, robots, arenas)
             if key is not None:
-                self._under_way[who] = UnderWay(unix_s, "about", tries=tries)
-                asked.append(Question(key, b""))
+                self._under_way[who] = PendingRequest(unix_s, "metadata", tries=tries)
+                asked.append(BackfillRequest(key, b""))
         return asked
 
-    def _pasts(self, unix_s: float, robots: Mapping[RobotId, Watched]) -> list[Question]:
-        asked: list[Question] = []
+    def _pasts(self, unix_s: float, robots: Mapping[RobotId, RobotStatus]) -> list[BackfillRequest]:
+        asked: list[BackfillRequest] = []
         for robot in list(self._past):
             if len(self._under_way) >= MOST_UNDER_WAY:
                 break
             watched = robots[robot]
-            if watched.gaps is None or not watched.gaps.missing:
+            if watched.sequence is None or not watched.sequence.missing:
                 del self._past[robot]
                 continue
-            first = watched.gaps.due(unix_s)
+            first = watched.sequence.due(unix_s)
             if first is None or not watched.is_alive or robot in self._under_way:
                 continue
             self._past[robot] = self._past.pop(robot)
-            self._under_way[robot] = UnderWay(unix_s, "past", watched.life, first)
-            key = ColonyKeys(watched.colony).past(robot)
-            asked.append(Question(key, encode(Ask(watched.life, first))))
+            self._under_way[robot] = PendingRequest(unix_s, "history", watched.incarnation, first)
+            key = ColonyKeys(watched.colony).history(robot)
+            asked.append(BackfillRequest(key, encode(HistoryRequest(watched.incarnation, first))))
         return asked
 
 
 def _key_about(
-    who: Who, robots: Mapping[RobotId, Watched], arenas: Mapping[str, WatchedArena]
+    who: Who, robots: Mapping[RobotId, RobotStatus], arenas: Mapping[str, ArenaStatus]
 ) -> str | None:
     """Return where to ask about somebody who is on the network."""
     if isinstance(who, str):
-        return ArenaKeys(who).about if arenas[who].is_alive else None
+        return ArenaKeys(who).metadata if arenas[who].is_alive else None
     watched = robots[who]
-    return ColonyKeys(watched.colony).about(who) if watched.is_alive else None
+    return ColonyKeys(watched.colony).metadata(who) if watched.is_alive else None

@@ -5,7 +5,7 @@ from typing import TypeVar
 import msgspec
 
 from crcolony.body.settings import CyberRodent
-from crcolony.protocol.telemetry_messages import AboutArena, AboutRobot
+from crcolony.protocol.telemetry_messages import ArenaMetadata, RobotMetadata
 from crcolony.robot.settings import Heredity, Learning
 
 
@@ -24,17 +24,17 @@ class _Nature(msgspec.Struct, frozen=True):
 Kind = TypeVar("Kind")
 
 
-class SettingsOf:
+class PeerSettings:
     """Reads settings, and remembers what it has read."""
 
     def __init__(self) -> None:
         self._read: dict[tuple[object, str], object] = {}
 
-    def of_robot(self, about: AboutRobot | None) -> Mind | None:
+    def of_robot(self, about: RobotMetadata | None) -> Mind | None:
         """Return what decides how a robot's genes are read."""
         return self._of(Mind, about.settings) if about is not None else None
 
-    def of_arena(self, about: AboutArena | None) -> CyberRodent | None:
+    def of_arena(self, about: ArenaMetadata | None) -> CyberRodent | None:
         """Return the bodies of an arena."""
         nature = self._of(_Nature, about.settings) if about is not None else None
         return nature.body if nature is not None else None

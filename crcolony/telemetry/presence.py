@@ -6,15 +6,15 @@ from typing import Generic, TypeVar
 from crcolony.protocol import key_expressions
 from crcolony.protocol.codec import WireError
 from crcolony.protocol.identity import RobotId
-from crcolony.telemetry.backfill import Asking
-from crcolony.telemetry.robot_status import Watched, WatchedArena
+from crcolony.telemetry.backfill import BackfillScheduler
+from crcolony.telemetry.robot_status import ArenaStatus, RobotStatus
 from crcolony.telemetry.status_changes import (
-    Appeared,
-    ArenaAppeared,
-    ArenaVanished,
-    News,
-    Restarted,
-    Vanished,
+    ArenaJoined,
+    ArenaLeft,
+    RobotJoined,
+    RobotLeft,
+    RobotRestarted,
+    StatusChange,
 )
 
 MOST_ROBOTS, MOST_ARENAS, _MOST_TOKENS = 10_000, 1_000, 100
@@ -26,7 +26,7 @@ Name = TypeVar("Name")
 Entry = TypeVar("Entry")
 
 
-class Roll(Generic[Name, Entry]):
+class BoundedRegistry(Generic[Name, Entry]):
     """Entries by name, at most so many. Who is not present makes room for others, the longest silent first.
 
     `forgotten` hears who has been forgotten.
@@ -38,7 +38,7 @@ class Roll(Generic[Name, Entry]):
         self._absent: dict[Name, float] = {}
         """When each was heard last (s), the longest silent first"""
 
-    def find(self, name: Name, now_s: float, make: Callable[[], Entry]) -> Entry | None:
+    def get_or_create(self, name: Name, now_s: float, make: Callable[[], Entry]) -> Entry | None:
         """Return the entry of somebody who is heard now, a new one at need; None if there is no room for it."""
         entry = self.entries.get(name)
         if entry is None:
@@ -50,15 +50,15 @@ class Roll(Generic[Name, Entry]):
             self._absent[name] = now_s
         return entry
 
-    def is_here(self, name: Name) -> None:
+    def mark_present(self, name: Name) -> None:
         """Hear that somebody is present, and keep the entry while that is so."""
         self._absent.pop(name, None)
 
-    def is_gone(self, name: Name, now_s: float) -> None:
+    def mark_absent(self, name: Name, now_s: float) -> None:
         """Hear that somebody is present no more."""
         self._absent[name] = now_s
 
-    def forget(self, before_s: float) -> None:
+    def remove_absent_before(self, before_s: float) -> None:
         """Forget all who are not present and have said nothing since a time."""
         while self._absent and next(iter(self._absent.values())) < before_s:
             self._forget_one()
@@ -72,100 +72,114 @@ class Roll(Generic[Name, Entry]):
         return True
 
 
-class Census:
+class PresenceTable:
     """Robots and arenas, by their tokens and by what was heard of them; `asking` learns whom to ask about."""
 
-    def __init__(self, asking: Asking) -> None:
+    def __init__(self, asking: BackfillScheduler) -> None:
         self._asking = asking
-        self._robots = Roll[RobotId, Watched](MOST_ROBOTS, asking.forget)
-        self._arenas = Roll[str, WatchedArena](MOST_ARENAS, asking.forget)
+        self._robots = BoundedRegistry[RobotId, RobotStatus](MOST_ROBOTS, asking.forget)
+        self._arenas = BoundedRegistry[str, ArenaStatus](MOST_ARENAS, asking.forget)
         self.robots, self.arenas = self._robots.entries, self._arenas.entries
         self.ignored = 0
         """How often there was no room for somebody, or for a token"""
 
-    def forget(self, unix_s: float) -> None:
+    def remove_silent(self, unix_s: float) -> None:
         """Forget who is not on the network and has been silent for long."""
-        self._robots.forget(unix_s - FORGET_S)
-        self._arenas.forget(unix_s - FORGET_S)
+        self._robots.remove_absent_before(unix_s - FORGET_S)
+        self._arenas.remove_absent_before(unix_s - FORGET_S)
 
-    def robot(self, robot: RobotId, colony: str, unix_s: float) -> Watched | None:
+    def robot(self, robot: RobotId, colony: str, unix_s: float) -> RobotStatus | None:
         """Return a robot that is heard now; None if there is no room for it."""
-        watched = self._robots.find(robot, unix_s, lambda: Watched(robot, colony))
+        watched = self._robots.get_or_create(robot, unix_s, lambda: RobotStatus(robot, colony))
         self.ignored += watched is None
         return watched
 
-    def arena(self, name: str, unix_s: float) -> WatchedArena | None:
+    def arena(self, name: str, unix_s: float) -> ArenaStatus | None:
         """Return an arena that is heard now; None if there is no room for it."""
-        arena = self._arenas.find(name, unix_s, lambda: WatchedArena(name))
+        arena = self._arenas.get_or_create(name, unix_s, lambda: ArenaStatus(name))
         self.ignored += arena is None
         return arena
 
-    def begin_life(self, watched: Watched, life: int) -> list[News]:
+    def start_incarnation(self, watched: RobotStatus, life: int) -> list[StatusChange]:
         """Hear of a robot's life; return what is new in that.
 
         While it is on the network only a life that has a token is believed: it comes onto the network before it tells
         anything, and a lie about a life to come would make everybody deaf to the present one.
         """
-        if life <= watched.life or (watched.lives and life > max(watched.lives)[0]):
+        if life <= watched.incarnation or (
+            watched.incarnations and life > max(watched.incarnations)[0]
+        ):
             return []
-        is_first = watched.life < 0
-        watched.begin(life)
+        is_first = watched.incarnation < 0
+        watched.start_incarnation(life)
         if watched.is_alive:
-            self._asking.want_about(watched.robot)
+            self._asking.request_metadata(watched.robot)
         if is_first:
             return []
         watched.restarts += 1
-        return [Restarted(watched.robot, life)]
+        return [RobotRestarted(watched.robot, life)]
 
     # Tokens ----------------------------------------------------------------------------------------------------------
 
-    def appear(self, key: str, unix_s: float) -> list[News]:
+    def handle_token_declared(self, key: str, unix_s: float) -> list[StatusChange]:
         """Take a token that has come; raises WireError if it is none."""
-        robot, arena = key_expressions.robot_token(key), key_expressions.arena_token(key)
+        robot, arena = (
+            key_expressions.parse_robot_token(key),
+            key_expressions.parse_arena_token(key),
+        )
         if robot is not None:
             return self._robot_appears(robot, unix_s)
         if arena is not None:
             return self._arena_appears(arena, unix_s)
         raise WireError("not a token")
 
-    def _robot_appears(self, token: key_expressions.RobotToken, unix_s: float) -> list[News]:
+    def _robot_appears(
+        self, token: key_expressions.RobotToken, unix_s: float
+    ) -> list[StatusChange]:
         watched = self.robot(token.robot, token.colony, unix_s)
-        if watched is None or not self._has_room(watched.lives):
+        if watched is None or not self._has_room(watched.incarnations):
             return []
         was_alive, watched.colony = watched.is_alive, token.colony
-        watched.lives[token.life, token.session] = None
-        self._robots.is_here(token.robot)
-        news: list[News] = [] if was_alive else [Appeared(token.robot)]
-        news += self.begin_life(watched, token.life)
-        if watched.about is None or watched.about.life != watched.life:
-            self._asking.want_about(token.robot)
+        watched.incarnations[token.incarnation, token.session] = None
+        self._robots.mark_present(token.robot)
+        news: list[StatusChange] = [] if was_alive else [RobotJoined(token.robot)]
+        news += self.start_incarnation(watched, token.incarnation)
+        if watched.metadata is None or watched.metadata.incarnation != watched.incarnation:
+            self._asking.request_metadata(token.robot)
         return news
 
-    def _arena_appears(self, token: key_expressions.ArenaToken, unix_s: float) -> list[News]:
+    def _arena_appears(
+        self, token: key_expressions.ArenaToken, unix_s: float
+    ) -> list[StatusChange]:
         arena = self.arena(token.arena, unix_s)
         if arena is None or not self._has_room(arena.sessions):
             return []
-        was_alive, was_world = arena.is_alive, arena.world
-        arena.sessions[token.world, token.session] = None
-        arena.world = token.world
-        self._arenas.is_here(token.arena)
-        if token.world != was_world:
-            self._asking.want_about(token.arena)
-        return [] if was_alive else [ArenaAppeared(token.arena)]
+        was_alive, was_world = arena.is_alive, arena.arena_run
+        arena.sessions[token.arena_run, token.session] = None
+        arena.arena_run = token.arena_run
+        self._arenas.mark_present(token.arena)
+        if token.arena_run != was_world:
+            self._asking.request_metadata(token.arena)
+        return [] if was_alive else [ArenaJoined(token.arena)]
 
-    def vanish(self, key: str, unix_s: float) -> list[News]:
+    def handle_token_undeclared(self, key: str, unix_s: float) -> list[StatusChange]:
         """Take a token that has gone; raises WireError if it was none."""
-        robot, arena = key_expressions.robot_token(key), key_expressions.arena_token(key)
+        robot, arena = (
+            key_expressions.parse_robot_token(key),
+            key_expressions.parse_arena_token(key),
+        )
         if robot is not None:
             watched = self.robots.get(robot.robot)
-            if watched is not None and _lose(watched.lives, (robot.life, robot.session)):
-                self._robots.is_gone(robot.robot, unix_s)
-                return [Vanished(robot.robot)]
+            if watched is not None and _lose(
+                watched.incarnations, (robot.incarnation, robot.session)
+            ):
+                self._robots.mark_absent(robot.robot, unix_s)
+                return [RobotLeft(robot.robot)]
         elif arena is not None:
             seen = self.arenas.get(arena.arena)
-            if seen is not None and _lose(seen.sessions, (arena.world, arena.session)):
-                self._arenas.is_gone(arena.arena, unix_s)
-                return [ArenaVanished(arena.arena)]
+            if seen is not None and _lose(seen.sessions, (arena.arena_run, arena.session)):
+                self._arenas.mark_absent(arena.arena, unix_s)
+                return [ArenaLeft(arena.arena)]
         else:
             raise WireError("not a token")
         return []

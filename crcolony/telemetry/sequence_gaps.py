@@ -38,7 +38,7 @@ class Gap:
         return [self if is_whole else replace(self, first=first, last=last, tries=0)]
 
 
-class Gaps:
+class SequenceTracker:
     """Follows the numbers of one life from `seen`, the last that there was; of those before, `history` are wanted.
 
     A number that has come is never taken again, and one that has not is, however late. Gaps are in order and apart.
@@ -74,15 +74,15 @@ class Gaps:
 
     # What comes ----------------------------------------------------------------------------------------------------
 
-    def take(self, seq: int, unix_s: float) -> bool:
+    def record(self, seq: int, unix_s: float) -> bool:
         """Take an event; tell whether it is new. What it skips is missing from now on."""
         if seq <= self.last:
-            return self.fill(seq)
-        self._miss(seq - 1, unix_s)
+            return self.fill_gap(seq)
+        self._add_gap(seq - 1, unix_s)
         self.last = seq
         return True
 
-    def fill(self, seq: int) -> bool:
+    def fill_gap(self, seq: int) -> bool:
         """Take an event that is known not to have come; tell whether it was."""
         for place, gap in enumerate(self._gaps):
             if gap.first <= seq <= gap.last:
@@ -94,11 +94,11 @@ class Gaps:
                 return True
         return False
 
-    def reveal(self, seq: int, unix_s: float) -> None:
+    def announce_up_to(self, seq: int, unix_s: float) -> None:
         """Hear that there have been events up to a number."""
-        self._miss(seq, unix_s + PATIENCE_S)
+        self._add_gap(seq, unix_s + PATIENCE_S)
 
-    def _miss(self, last: int, due_s: float) -> None:
+    def _add_gap(self, last: int, due_s: float) -> None:
         """Miss what comes after the latest that is known of, up to a number."""
         if last <= self.last:
             return
@@ -117,17 +117,17 @@ class Gaps:
 
     # What is asked -------------------------------------------------------------------------------------------------
 
-    def answered(self, first: int, is_empty: bool) -> None:
+    def handle_reply(self, first: int, is_empty: bool) -> None:
         """Hear that a question for events from `first` on was answered, after what the answer holds was taken.
 
         If it holds nothing there are none from `first` on: who named them was wrong.
         """
         if is_empty:
-            self._deny(first)
+            self._remove_from(first)
         else:
-            self.unanswered(first)
+            self.handle_no_reply(first)
 
-    def unanswered(self, first: int) -> None:
+    def handle_no_reply(self, first: int) -> None:
         """Hear that a question for events from `first` on was of no use; nothing happens if that one has come."""
         for place, gap in enumerate(self._gaps):
             if gap.first == first and gap.is_wanted:
@@ -137,7 +137,7 @@ class Gaps:
                     gap, tries=tries, is_wanted=not is_over, is_missed=gap.is_missed or is_over
                 )
 
-    def forget_before(self, oldest: int) -> None:
+    def drop_before(self, oldest: int) -> None:
         """Hear that nobody keeps what is older than this: it need not be asked for."""
         gaps: list[Gap] = []
         for gap in self._gaps:
@@ -146,11 +146,11 @@ class Gaps:
         self._gaps = gaps
         self._make_room()
 
-    def end(self) -> None:
+    def close(self) -> None:
         """Hear that the life is over, and its events with it."""
-        self.forget_before(self.last + 1)
+        self.drop_before(self.last + 1)
 
-    def _deny(self, first: int) -> None:
+    def _remove_from(self, first: int) -> None:
         """Miss nothing from a number on; above the latest that has come, it is as if nobody had named any."""
         while self._gaps and self._gaps[-1].last == self.last and self._gaps[-1].first >= first:
             self.last = self._gaps.pop().first - 1

@@ -3,50 +3,50 @@
 from dataclasses import dataclass
 
 from crcolony.protocol.identity import RobotId
-from crcolony.protocol.telemetry_messages import Told
+from crcolony.protocol.telemetry_messages import EventMessage
 
 
 @dataclass(frozen=True)
-class Appeared:
+class RobotJoined:
     """A robot is on the network."""
 
     robot: RobotId
 
 
 @dataclass(frozen=True)
-class Vanished:
+class RobotLeft:
     """A robot's last token has gone."""
 
     robot: RobotId
 
 
 @dataclass(frozen=True)
-class Restarted:
+class RobotRestarted:
     """A robot has begun a newer life than the one that was known."""
 
     robot: RobotId
-    life: int
+    incarnation: int
 
 
 @dataclass(frozen=True)
-class Happened:
+class EventReceived:
     """An event of a robot: each of each life once, a late one when it comes."""
 
-    told: Told
+    message: EventMessage
 
 
 @dataclass(frozen=True)
-class ArenaAppeared:
+class ArenaJoined:
     """An arena is on the network."""
 
     arena: str
 
 
 @dataclass(frozen=True)
-class ArenaVanished:
+class ArenaLeft:
     """An arena's last token has gone."""
 
     arena: str
 
 
-News = Appeared | Vanished | Restarted | Happened | ArenaAppeared | ArenaVanished
+StatusChange = RobotJoined | RobotLeft | RobotRestarted | EventReceived | ArenaJoined | ArenaLeft

@@ -1,4 +1,4 @@
-"""A `Watch` that is fed from the network; `crcolony top`, `status`, `launch` and dashboards see colonies through it."""
+"""A `ColonyMonitor` that is fed from the network; `crcolony top`, `status`, `launch` and dashboards see colonies through it."""
 
 import threading
 import time
@@ -10,25 +10,25 @@ import zenoh
 from zenoh.handlers import Callback
 
 from crcolony.protocol import key_expressions
-from crcolony.protocol.codec import BODY_BYTES, LETTER_BYTES, SCENE_BYTES
+from crcolony.protocol.codec import MAX_BODY_MESSAGE_BYTES, MAX_ENVELOPE_BYTES, MAX_SCENE_BYTES
 from crcolony.protocol.key_expressions import ColonyKeys
-from crcolony.telemetry.backfill import ANSWER_S, Question
-from crcolony.telemetry.colony_monitor import Heard, Kind, Watch
-from crcolony.telemetry.status_changes import News
+from crcolony.telemetry.backfill import ANSWER_S, BackfillRequest
+from crcolony.telemetry.colony_monitor import ColonyMonitor, SampleKind, TelemetrySample
+from crcolony.telemetry.status_changes import StatusChange
 
 _MOST_WAITING, _MOST_BYTES = 100_000, 256 * 2**20
 """Of what was heard and waits for `update`; beyond it, it is dropped and counted."""
-_LONGEST: dict[Kind, int] = {
-    "state": BODY_BYTES,
-    "event": LETTER_BYTES,
-    "scene": SCENE_BYTES,
-    "past": 2 * LETTER_BYTES,
-    "about": LETTER_BYTES,
+_LONGEST: dict[SampleKind, int] = {
+    "state": MAX_BODY_MESSAGE_BYTES,
+    "event": MAX_ENVELOPE_BYTES,
+    "scene": MAX_SCENE_BYTES,
+    "history": 2 * MAX_ENVELOPE_BYTES,
+    "metadata": MAX_ENVELOPE_BYTES,
 }
 """Bytes: of what is longer nothing is kept, which is no message either"""
 
 
-class Watcher:
+class TelemetrySubscriber:
     """Listens to colonies, all of them or one, and passes what it hears to its `watch` whenever it is updated.
 
     `asks` lets it ask for what it missed, for `history` events before it came, and about robots and arenas; `hear` is
@@ -42,9 +42,9 @@ class Watcher:
         *,
         asks: bool = False,
         history: int = 0,
-        hear: Callable[[Heard], None] | None = None,
+        hear: Callable[[TelemetrySample], None] | None = None,
     ) -> None:
-        self.watch = Watch(history=history)
+        self.monitor = ColonyMonitor(history=history)
         self._session, self._asks, self._hear = session, asks, hear
         self._waiting = _Waiting()
         of = ColonyKeys(colony)
@@ -65,28 +65,28 @@ class Watcher:
         """How much was heard and lost since it was too much at once."""
         return self._waiting.dropped
 
-    def update(self) -> list[News]:
+    def poll(self) -> list[StatusChange]:
         """Take in what was heard since the last time, ask what is to be asked, and return what is new."""
-        news: list[News] = []
+        news: list[StatusChange] = []
         for heard in self._waiting.take_all():
             if self._hear is not None:
                 self._hear(heard)
-            news += self.watch.take(heard)
+            news += self.monitor.handle_sample(heard)
         unix_s = time.time()
-        self.watch.let_time_pass(unix_s)
+        self.monitor.handle_timeouts(unix_s)
         if self._asks:
-            for question in self.watch.questions(unix_s):
+            for question in self.monitor.due_requests(unix_s):
                 self._ask(question)
         return news
 
-    def _listen(self, kind: Kind) -> Any:
+    def _listen(self, kind: SampleKind) -> Any:
         def on_sample(sample: zenoh.Sample) -> None:
             is_gone = kind == "alive" and sample.kind == zenoh.SampleKind.DELETE
             self._put("gone" if is_gone else kind, sample)
 
         return Callback(on_sample, indirect=False)
 
-    def _ask(self, question: Question) -> None:
+    def _ask(self, question: BackfillRequest) -> None:
         """Ask all who answer to a key: one of them may be an impostor."""
 
         def on_reply(reply: zenoh.Reply) -> None:
@@ -102,10 +102,12 @@ class Watcher:
             consolidation=zenoh.ConsolidationMode.NONE,
         )
 
-    def _put(self, kind: Kind, sample: zenoh.Sample) -> None:
+    def _put(self, kind: SampleKind, sample: zenoh.Sample) -> None:
         payload = sample.payload
         data = payload.to_bytes() if len(payload) <= _LONGEST.get(kind, 0) else b""
-        self._waiting.put(Heard(kind, str(sample.key_expr), data, int(1000.0 * time.time())))
+        self._waiting.put(
+            TelemetrySample(kind, str(sample.key_expr), data, int(1000.0 * time.time()))
+        )
 
 
 class _Waiting:
@@ -113,11 +115,11 @@ class _Waiting:
 
     def __init__(self) -> None:
         self.dropped = 0
-        self._heard: deque[Heard] = deque()
+        self._heard: deque[TelemetrySample] = deque()
         self._bytes = 0
         self._lock = threading.Lock()
 
-    def put(self, heard: Heard) -> None:
+    def put(self, heard: TelemetrySample) -> None:
         """Enqueue, from any thread."""
         room = 2 if heard.kind in ("alive", "gone") else 1
         with self._lock:
@@ -127,7 +129,7 @@ class _Waiting:
             self._heard.append(heard)
             self._bytes += len(heard.data)
 
-    def take_all(self) -> deque[Heard]:
+    def take_all(self) -> deque[TelemetrySample]:
         """Return all that waits, in the order in which it came."""
         with self._lock:
             taken, self._heard, self._bytes = self._heard, deque(), 0

@@ -9,12 +9,12 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from crcolony.protocol.telemetry_messages import STALE_S
-from crcolony.shutdown import Stop
-from crcolony.telemetry.colony_monitor import Watch
-from crcolony.telemetry.robot_status import Watched
-from crcolony.telemetry.subscriber import Watcher
-from crcolony.transport.zenoh_session import Network, open_session
+from crcolony.protocol.telemetry_messages import SILENT_AFTER_S
+from crcolony.shutdown import ShutdownSignal
+from crcolony.telemetry.colony_monitor import ColonyMonitor
+from crcolony.telemetry.robot_status import RobotStatus
+from crcolony.telemetry.subscriber import TelemetrySubscriber
+from crcolony.transport.zenoh_session import NetworkSettings, open_session
 
 _REFRESH_S = 0.25
 _PLAIN_LINES_S = 5.0
@@ -22,28 +22,28 @@ _TABLE_WIDTH = 110
 """Of a table that is not for a terminal"""
 
 
-def run_top(network: Network, colony: str, seconds: float | None) -> int:
+def run_top(network: NetworkSettings, colony: str, seconds: float | None) -> int:
     """Show the colony until Ctrl-C; without a terminal, plain lines now and then."""
     console = Console()
     woken = threading.Event()
-    stop = Stop(seconds / 60.0 if seconds else None, wake=woken.set)
+    stop = ShutdownSignal(seconds / 60.0 if seconds else None, wake=woken.set)
     with open_session(network) as session:
-        watcher = Watcher(session, colony)
+        watcher = TelemetrySubscriber(session, colony)
         if console.is_terminal:
             with Live(console=console, refresh_per_second=4, screen=False) as live:
                 while not stop():
-                    watcher.update()
-                    live.update(table_of(watcher.watch, time.time()))
+                    watcher.poll()
+                    live.update(table_of(watcher.monitor, time.time()))
                     woken.wait(_REFRESH_S)
         else:
             while not stop():
                 woken.wait(min(_PLAIN_LINES_S, seconds or _PLAIN_LINES_S))
-                watcher.update()
-                console.print(plain_line(watcher.watch), highlight=False, soft_wrap=True)
+                watcher.poll()
+                console.print(plain_line(watcher.monitor), highlight=False, soft_wrap=True)
     return 0
 
 
-def table_of(watch: Watch, unix_s: float) -> Table:
+def table_of(watch: ColonyMonitor, unix_s: float) -> Table:
     """Return the present state as a table with a row for each robot."""
     table = Table(box=None, pad_edge=False, title_justify="left", title=headline(watch))
     for name in ("robot", "", "energy", "module", "gen", "matings", "children", "pool", "doubt"):
@@ -58,7 +58,7 @@ def table_of(watch: Watch, unix_s: float) -> Table:
     return table
 
 
-def headline(watch: Watch) -> str:
+def headline(watch: ColonyMonitor) -> str:
     """Say how many robots are alive, and what the arenas do."""
     arenas = [
         f"arena {name}: " + (f"tick {arena.scene.tick}" if arena.scene else "quiet")
@@ -69,12 +69,12 @@ def headline(watch: Watch) -> str:
     return f"{len(watch.alive)} robots alive   " + ("   ".join(arenas) or "no arena in sight")
 
 
-def _row(watched: Watched, unix_s: float) -> list[str]:
+def _row(watched: RobotStatus, unix_s: float) -> list[str]:
     state, name = watched.state, watched.robot.hex()[:8]
     if state is None:
         return [name, "alive" if watched.is_alive else "gone"]
-    age_s = unix_s - watched.heard_s
-    how = "gone" if not watched.is_alive else "silent" if age_s > STALE_S else "alive"
+    age_s = unix_s - watched.updated_s
+    how = "gone" if not watched.is_alive else "silent" if age_s > SILENT_AFTER_S else "alive"
     style = {"gone": "[dim red]", "silent": "[yellow]", "alive": "[green]"}[how]
     bar = "█" * round(8 * state.energy)
     return [
@@ -92,7 +92,7 @@ def _row(watched: Watched, unix_s: float) -> list[str]:
     ]
 
 
-def plain_line(watch: Watch) -> str:
+def plain_line(watch: ColonyMonitor) -> str:
     """Say the same in one line."""
     states = [watched.state for watched in watch.alive if watched.state is not None]
     if not states:
@@ -105,30 +105,30 @@ def plain_line(watch: Watch) -> str:
     )
 
 
-def run_status(network: Network, colony: str, seconds: float, as_json: bool) -> None:
+def run_status(network: NetworkSettings, colony: str, seconds: float, as_json: bool) -> None:
     """Listen for a while, then say who is alive and how they are."""
     with open_session(network) as session:
-        watcher = Watcher(session, colony)
+        watcher = TelemetrySubscriber(session, colony)
         end_s = time.monotonic() + seconds
         settled_s = time.monotonic() + min(seconds, 0.7)
         pause = threading.Event()
         while time.monotonic() < end_s:
             pause.wait(0.05)
-            watcher.update()
-            known = watcher.watch.alive
+            watcher.poll()
+            known = watcher.monitor.alive
             is_known = bool(known) and all(watched.state for watched in known)
             if is_known and time.monotonic() > settled_s:
                 break
-        watcher.update()
+        watcher.poll()
         if as_json:
-            print(json.dumps(as_dict(watcher.watch, time.time()), indent=2))
+            print(json.dumps(as_dict(watcher.monitor, time.time()), indent=2))
         else:
             console = Console()
             console.width = max(console.width, _TABLE_WIDTH)
-            console.print(table_of(watcher.watch, time.time()))
+            console.print(table_of(watcher.monitor, time.time()))
 
 
-def as_dict(watch: Watch, unix_s: float) -> dict[str, Any]:
+def as_dict(watch: ColonyMonitor, unix_s: float) -> dict[str, Any]:
     """Return what is known, for programs."""
     return {
         "robots": [_robot_as_dict(watched, unix_s) for watched in watch.all],
@@ -143,16 +143,16 @@ def as_dict(watch: Watch, unix_s: float) -> dict[str, Any]:
     }
 
 
-def _robot_as_dict(watched: Watched, unix_s: float) -> dict[str, Any]:
+def _robot_as_dict(watched: RobotStatus, unix_s: float) -> dict[str, Any]:
     state = watched.state
     told: dict[str, Any] = {"id": watched.robot.hex(), "colony": watched.colony}
     told["alive"] = watched.is_alive
     if state is None:
         return told | dict.fromkeys(("energy", "generation", "matings"))
     fields = (
-        "number", "arena", "life", "tick", "generation", "agent", "energy", "matings",
+        "number", "arena", "incarnation", "tick", "generation", "agent", "energy", "matings",
         "conceptions", "captures", "pool", "waiting", "doubts", "orphaned", "peers", "refused", "dropped",
         "faults", "period_ms",
     )  # fmt: skip
     told |= {name: getattr(state, name) for name in fields}
-    return told | {"age_s": round(unix_s - watched.heard_s, 3), "missed": watched.missed}
+    return told | {"age_s": round(unix_s - watched.updated_s, 3), "missed": watched.missed}

@@ -4,7 +4,15 @@ import threading
 from collections import deque
 from queue import Empty, SimpleQueue
 
-from crcolony.transport.interface import Acted, Arrival, Asked, Mail, Observed, Placed, Shown
+from crcolony.transport.interface import (
+    ActionReceived,
+    EnvelopeReceived,
+    InboundEvent,
+    JoinReplyReceived,
+    ObservationReceived,
+    QueryReceived,
+    SceneReceived,
+)
 
 _MOST_WAITING, _MOST_BYTES = 2048, 8 * 2**20
 """What waits to be looked at, at most; beyond it, it is dropped and counted. Presence is never dropped."""
@@ -18,22 +26,25 @@ class Inbox:
 
     def __init__(self) -> None:
         self.dropped = 0
-        self._first: SimpleQueue[Arrival | None] = SimpleQueue()
-        self._later: deque[Arrival] = deque()
+        self._first: SimpleQueue[InboundEvent | None] = SimpleQueue()
+        self._later: deque[InboundEvent] = deque()
         self._bytes = 0
         """Of the letters and questions in `_later`"""
         self._lock = threading.Lock()
 
-    def deliver(self, arrival: Arrival) -> None:
+    def deliver(self, arrival: InboundEvent) -> None:
         """Enqueue, from any thread."""
-        if isinstance(arrival, Observed | Acted | Placed):
+        if isinstance(arrival, ObservationReceived | ActionReceived | JoinReplyReceived):
             if self._first.qsize() < _MOST_WAITING:
                 self._first.put(arrival)
             else:
                 self.dropped += 1
             return
         with self._lock:
-            size, is_needed = _size(arrival), not isinstance(arrival, Mail | Asked | Shown)
+            size, is_needed = (
+                _size(arrival),
+                not isinstance(arrival, EnvelopeReceived | QueryReceived | SceneReceived),
+            )
             has_room = len(self._later) < _MOST_WAITING and self._bytes + size <= _MOST_BYTES
             if not (has_room or is_needed):
                 self.dropped += 1
@@ -47,7 +58,7 @@ class Inbox:
         """Let whoever waits look around; safe in a signal handler."""
         self._first.put(None)
 
-    def get(self, timeout_s: float) -> Arrival | None:
+    def get(self, timeout_s: float) -> InboundEvent | None:
         """Wait for the next arrival; None after the time, or when woken."""
         is_woken = False
         try:
@@ -62,7 +73,7 @@ class Inbox:
                 return None
         return arrival or self._next()
 
-    def _next(self) -> Arrival | None:
+    def _next(self) -> InboundEvent | None:
         with self._lock:
             if not self._later:
                 return None
@@ -71,8 +82,12 @@ class Inbox:
             return arrival
 
 
-def _size(arrival: Arrival) -> int:
+def _size(arrival: InboundEvent) -> int:
     match arrival:
-        case Mail(letter=data) | Asked(question=data) | Shown(scene=data):
+        case (
+            EnvelopeReceived(envelope=data)
+            | QueryReceived(payload=data)
+            | SceneReceived(scene=data)
+        ):
             return len(data)
     return 0

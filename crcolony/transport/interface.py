@@ -1,6 +1,6 @@
 """The seam between a colony and whatever carries its bytes: Zenoh, or the lossy network of `simulation/`.
 
-What goes out are calls of a `Transport`; what comes in are `Arrival`s, handed to one function that must only enqueue
+What goes out are calls of a `Transport`; what comes in are `InboundEvent`s, handed to one function that must only enqueue
 them. Nothing here knows what the bytes mean.
 """
 
@@ -8,42 +8,42 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
-from crcolony.errors import Refusal
+from crcolony.errors import CrcolonyError
 from crcolony.protocol.identity import RobotId
 
 
-class NetworkError(Refusal):
+class NetworkError(CrcolonyError):
     """The network cannot be used: the message names the endpoint and the reason."""
 
 
 @dataclass(frozen=True)
-class Mail:
+class EnvelopeReceived:
     """A letter for a robot here."""
 
     to: RobotId
-    letter: bytes
+    envelope: bytes
 
 
 @dataclass(frozen=True)
-class RobotSeen:
+class RobotOnline:
     """A robot is on the network. `life` is its incarnation, `session` the transport's name for its process."""
 
     robot: RobotId
-    life: int
+    incarnation: int
     session: str
 
 
 @dataclass(frozen=True)
-class RobotGone:
+class RobotOffline:
     """A robot, in one life, is on the network no more."""
 
     robot: RobotId
-    life: int
+    incarnation: int
     session: str
 
 
 @dataclass(frozen=True)
-class StrangerSeen:
+class IncompatiblePeer:
     """A robot of this colony speaks another version of the protocol (it may speak this one, too)."""
 
     robot: RobotId
@@ -51,29 +51,29 @@ class StrangerSeen:
 
 
 @dataclass(frozen=True)
-class ArenaSeen:
+class ArenaOnline:
     """The arena is on the network."""
 
-    world: int
+    arena_run: int
 
 
 @dataclass(frozen=True)
-class ArenaGone:
+class ArenaOffline:
     """The arena is not on the network any more."""
 
-    world: int
+    arena_run: int
 
 
 @dataclass(frozen=True)
-class Placed:
+class JoinReplyReceived:
     """The arena's answer to a robot that asked for a body; empty if it said nothing."""
 
     robot: RobotId
-    answer: bytes
+    reply: bytes
 
 
 @dataclass(frozen=True)
-class Observed:
+class ObservationReceived:
     """What a robot's body senses."""
 
     robot: RobotId
@@ -81,14 +81,14 @@ class Observed:
 
 
 @dataclass(frozen=True)
-class Shown:
+class SceneReceived:
     """What the arena shows to everybody, while somebody here is being looked for."""
 
     scene: bytes
 
 
 @dataclass(frozen=True)
-class Acted:
+class ActionReceived:
     """What a robot commands its body (for an arena)."""
 
     robot: RobotId
@@ -96,51 +96,53 @@ class Acted:
 
 
 @dataclass(frozen=True)
-class Asked:
+class QueryReceived:
     """A question that must be answered once, by calling `answer`."""
 
-    about: Literal["join", "past", "about"]
+    topic: Literal["join", "history", "metadata"]
     robot: RobotId
     """Who is asked; empty: the arena"""
-    question: bytes
-    answer: Callable[[bytes], None]
+    payload: bytes
+    reply: Callable[[bytes], None]
 
 
-Arrival = (
-    Mail
-    | RobotSeen
-    | RobotGone
-    | StrangerSeen
-    | ArenaSeen
-    | ArenaGone
-    | Placed
-    | Observed
-    | Shown
-    | Acted
-    | Asked
+InboundEvent = (
+    EnvelopeReceived
+    | RobotOnline
+    | RobotOffline
+    | IncompatiblePeer
+    | ArenaOnline
+    | ArenaOffline
+    | JoinReplyReceived
+    | ObservationReceived
+    | SceneReceived
+    | ActionReceived
+    | QueryReceived
 )
-Deliver = Callable[[Arrival], None]
+Deliver = Callable[[InboundEvent], None]
 
 
 class Transport(Protocol):
     """Carries a robot's bytes. No call waits for the other side; whatever is sent may be lost."""
 
-    def send(self, to: RobotId, letter: bytes) -> None:
+    def send_envelope(self, to: RobotId, letter: bytes) -> None:
         """Post a letter to another robot of the colony."""
         ...
 
-    def join(self, robot: RobotId, request: bytes) -> None:
-        """Ask the arena for a body; the answer arrives as `Placed`."""
+    def request_body(self, robot: RobotId, request: bytes) -> None:
+        """Ask the arena for a body; the answer arrives as `JoinReplyReceived`."""
         ...
 
-    def act(self, robot: RobotId, action: bytes) -> None:
+    def publish_action(self, robot: RobotId, action: bytes) -> None:
         """Command the body of a robot here."""
         ...
 
-    def tell(self, robot: RobotId, topic: Literal["state", "event"], data: bytes) -> None:
+    def publish_telemetry(
+        self, robot: RobotId, topic: Literal["state", "event"], data: bytes
+    ) -> None:
         """Publish telemetry of a robot here."""
         ...
 
-    def search(self, is_searching: bool) -> None:
-        """Let what the arena shows to everybody arrive as `Shown`, or not."""
+    def subscribe_scene(self, is_searching: bool) -> None:
+        """Let what the arena shows to everybody arrive as `SceneReceived`, or not."""
         ...

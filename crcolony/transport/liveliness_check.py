@@ -17,7 +17,7 @@ _PERIOD_S = 5.0
 _PATIENCE_S = 15.0
 
 
-class TokenCheck:
+class LivelinessCheck:
     """Compares, now and then, the peers of a session with the tokens it can see. Nothing here waits."""
 
     def __init__(self, session: zenoh.Session) -> None:
@@ -29,7 +29,7 @@ class TokenCheck:
         self._told: set[str] = set()
         self._due_s = 0.0
 
-    def look(self, now_s: float) -> list[str]:
+    def find_missing(self, now_s: float) -> list[str]:
         """Return the peers that have been without a token for too long, each once."""
         if now_s < self._due_s:
             return []

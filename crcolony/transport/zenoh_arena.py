@@ -3,13 +3,13 @@
 import zenoh
 
 from crcolony.protocol import key_expressions
-from crcolony.protocol.codec import BODY_BYTES
+from crcolony.protocol.codec import MAX_BODY_MESSAGE_BYTES
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.key_expressions import ArenaKeys
 from crcolony.transport.interface import (
-    Acted,
-    Asked,
+    ActionReceived,
     Deliver,
+    QueryReceived,
 )
 from crcolony.transport.zenoh_samples import (
     _answer_to,
@@ -34,14 +34,14 @@ class ArenaTransport:
         self._entities = [
             session.declare_subscriber(self._keys.all_actions, _listen(self._on_action)),
             session.declare_queryable(self._keys.join, _listen(self._on_join)),
-            session.declare_queryable(self._keys.about, _listen(self._on_about)),
+            session.declare_queryable(self._keys.metadata, _listen(self._on_about)),
             live.declare_subscriber(
                 key_expressions.ALL_ROBOTS_ALIVE, _listen(self._on_robot), history=True
             ),
             live.declare_token(self._keys.alive(world, str(session.zid()))),
         ]
 
-    def observe(self, robot: RobotId, observation: bytes) -> None:
+    def publish_observation(self, robot: RobotId, observation: bytes) -> None:
         """Tell a robot what its body senses."""
         publisher = self._publishers.get(robot)
         if publisher is None:
@@ -49,28 +49,28 @@ class ArenaTransport:
             publisher = self._publishers[robot] = _publisher(self._session, key)
         publisher.put(observation)
 
-    def forget(self, robot: RobotId) -> None:
+    def remove_robot(self, robot: RobotId) -> None:
         """Keep nothing for a robot that has left."""
         publisher = self._publishers.pop(robot, None)
         if publisher is not None:
             publisher.undeclare()  # type: ignore[no-untyped-call]
 
-    def show(self, scene: bytes) -> None:
+    def publish_scene(self, scene: bytes) -> None:
         """Publish the scene."""
         self._scene.put(scene)
 
     def _on_action(self, sample: zenoh.Sample) -> None:
-        robot = key_expressions.robot_in(key_expressions.chunks(str(sample.key_expr))[-2])
+        robot = key_expressions.parse_robot_id(key_expressions.chunks(str(sample.key_expr))[-2])
         if robot is not None:
-            self._deliver(Acted(robot, _content(sample.payload, BODY_BYTES)))
+            self._deliver(ActionReceived(robot, _content(sample.payload, MAX_BODY_MESSAGE_BYTES)))
 
     def _on_join(self, query: zenoh.Query) -> None:
-        self._deliver(Asked("join", b"", _payload(query), _answer_to(query)))
+        self._deliver(QueryReceived("join", b"", _payload(query), _answer_to(query)))
 
     def _on_about(self, query: zenoh.Query) -> None:
-        self._deliver(Asked("about", b"", _payload(query), _answer_to(query)))
+        self._deliver(QueryReceived("metadata", b"", _payload(query), _answer_to(query)))
 
     def _on_robot(self, sample: zenoh.Sample) -> None:
-        token = key_expressions.robot_token(str(sample.key_expr))
+        token = key_expressions.parse_robot_token(str(sample.key_expr))
         if token is not None:
             self._deliver(_presence(sample, token))

@@ -6,21 +6,21 @@ from typing import Any, Literal
 import zenoh
 
 from crcolony.protocol import key_expressions
-from crcolony.protocol.codec import BODY_BYTES, LETTER_BYTES, SCENE_BYTES
+from crcolony.protocol.codec import MAX_BODY_MESSAGE_BYTES, MAX_ENVELOPE_BYTES, MAX_SCENE_BYTES
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
 from crcolony.transport.interface import (
-    ArenaGone,
-    ArenaSeen,
-    Asked,
+    ArenaOffline,
+    ArenaOnline,
     Deliver,
-    Mail,
-    Observed,
-    Placed,
-    Shown,
-    StrangerSeen,
+    EnvelopeReceived,
+    IncompatiblePeer,
+    JoinReplyReceived,
+    ObservationReceived,
+    QueryReceived,
+    SceneReceived,
 )
-from crcolony.transport.liveliness_check import TokenCheck
+from crcolony.transport.liveliness_check import LivelinessCheck
 from crcolony.transport.zenoh_samples import (
     _answer_to,
     _content,
@@ -52,7 +52,7 @@ class RobotTransport:
     def _begin(self, session: zenoh.Session) -> None:
         self.name = str(session.zid())
         self._session = session
-        self._check = TokenCheck(session)
+        self._check = LivelinessCheck(session)
         self._watches = [
             session.liveliness().declare_subscriber(
                 self._colony.all_alive, _listen(self._on_robot), history=True
@@ -66,7 +66,7 @@ class RobotTransport:
             session.declare_subscriber(self._arena.scene, _listen(self._on_scene)),
         ]
 
-    def move(self, reopen: Callable[[], zenoh.Session]) -> None:
+    def reconnect(self, reopen: Callable[[], zenoh.Session]) -> None:
         """Leave the session for another, with all robots; the old one is closed first, since it holds the port."""
         for robot in self._lives:  # a session that closes was seen to tell of its tokens once more
             self._withdraw(robot)
@@ -74,7 +74,7 @@ class RobotTransport:
         self._publishers.clear()
         self._begin(reopen())
         for robot, life in self._lives.items():
-            self.host(robot, life)
+            self.add_robot(robot, life)
 
     def close(self) -> None:
         """Leave the network."""
@@ -82,34 +82,42 @@ class RobotTransport:
 
     def peers_without_token(self, now_s: float) -> list[str]:
         """Return peers that have been connected for long, and whose robots cannot be seen."""
-        return [peer for peer in self._check.look(now_s) if peer not in self._gone]
+        return [peer for peer in self._check.find_missing(now_s) if peer not in self._gone]
 
-    def host(self, robot: RobotId, life: int) -> None:
+    def add_robot(self, robot: RobotId, life: int) -> None:
         """Let a robot be reached, and then be seen."""
         deliver = self._deliver
         self._lives[robot] = life
 
         def on_past(query: zenoh.Query) -> None:
-            deliver(Asked("past", robot, _payload(query), _answer_to(query)))
+            deliver(QueryReceived("history", robot, _payload(query), _answer_to(query)))
 
         def on_about(query: zenoh.Query) -> None:
-            deliver(Asked("about", robot, _payload(query), _answer_to(query)))
+            deliver(QueryReceived("metadata", robot, _payload(query), _answer_to(query)))
 
         self._declared[robot] = [
             self._session.declare_subscriber(
-                self._colony.mail(robot),
-                _listen(lambda s: deliver(Mail(robot, _content(s.payload, LETTER_BYTES)))),
+                self._colony.inbox(robot),
+                _listen(
+                    lambda s: deliver(
+                        EnvelopeReceived(robot, _content(s.payload, MAX_ENVELOPE_BYTES))
+                    )
+                ),
             ),
             self._session.declare_subscriber(
                 self._arena.observation(robot),
-                _listen(lambda s: deliver(Observed(robot, _content(s.payload, BODY_BYTES)))),
+                _listen(
+                    lambda s: deliver(
+                        ObservationReceived(robot, _content(s.payload, MAX_BODY_MESSAGE_BYTES))
+                    )
+                ),
             ),
-            self._session.declare_queryable(self._colony.past(robot), _listen(on_past)),
-            self._session.declare_queryable(self._colony.about(robot), _listen(on_about)),
+            self._session.declare_queryable(self._colony.history(robot), _listen(on_past)),
+            self._session.declare_queryable(self._colony.metadata(robot), _listen(on_about)),
             self._session.liveliness().declare_token(self._colony.alive(robot, life, self.name)),
         ]
 
-    def unhost(self, robot: RobotId) -> None:
+    def remove_robot(self, robot: RobotId) -> None:
         """Let a robot be gone."""
         self._lives.pop(robot, None)
         self._withdraw(robot)
@@ -118,17 +126,19 @@ class RobotTransport:
         for entity in reversed(self._declared.pop(robot, [])):
             entity.undeclare()
 
-    def send(self, to: RobotId, letter: bytes) -> None:
+    def send_envelope(self, to: RobotId, letter: bytes) -> None:
         """Post a letter."""
-        self._publish(self._colony.mail(to), letter)
+        self._publish(self._colony.inbox(to), letter)
 
-    def join(self, robot: RobotId, request: bytes) -> None:
+    def request_body(self, robot: RobotId, request: bytes) -> None:
         """Ask the arena for a body."""
         deliver = self._deliver
 
         def on_reply(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
-                deliver(Placed(robot, _content(reply.ok.payload, BODY_BYTES)))
+                deliver(
+                    JoinReplyReceived(robot, _content(reply.ok.payload, MAX_BODY_MESSAGE_BYTES))
+                )
 
         self._session.get(
             self._arena.join,
@@ -138,16 +148,18 @@ class RobotTransport:
             consolidation=zenoh.ConsolidationMode.NONE,
         )
 
-    def act(self, robot: RobotId, action: bytes) -> None:
+    def publish_action(self, robot: RobotId, action: bytes) -> None:
         """Command a body."""
         self._publish(self._arena.action(robot), action)
 
-    def tell(self, robot: RobotId, topic: Literal["state", "event"], data: bytes) -> None:
+    def publish_telemetry(
+        self, robot: RobotId, topic: Literal["state", "event"], data: bytes
+    ) -> None:
         """Publish telemetry."""
         key = self._colony.state(robot) if topic == "state" else self._colony.event(robot)
         self._publish(key, data)
 
-    def search(self, is_searching: bool) -> None:
+    def subscribe_scene(self, is_searching: bool) -> None:
         """Let what the arena shows arrive, or not."""
         self._is_searching = is_searching
 
@@ -158,7 +170,7 @@ class RobotTransport:
         publisher.put(data)
 
     def _on_robot(self, sample: zenoh.Sample) -> None:
-        token = key_expressions.robot_token(str(sample.key_expr))
+        token = key_expressions.parse_robot_token(str(sample.key_expr))
         if token is None:
             return
         if sample.kind == zenoh.SampleKind.PUT:
@@ -168,16 +180,16 @@ class RobotTransport:
         self._deliver(_presence(sample, token))
 
     def _on_version(self, sample: zenoh.Sample) -> None:
-        stranger = key_expressions.stranger_in(str(sample.key_expr))
+        stranger = key_expressions.parse_incompatible_peer(str(sample.key_expr))
         if stranger is not None and sample.kind == zenoh.SampleKind.PUT:
-            self._deliver(StrangerSeen(*stranger))
+            self._deliver(IncompatiblePeer(*stranger))
 
     def _on_scene(self, sample: zenoh.Sample) -> None:
         if self._is_searching:
-            self._deliver(Shown(_content(sample.payload, SCENE_BYTES)))
+            self._deliver(SceneReceived(_content(sample.payload, MAX_SCENE_BYTES)))
 
     def _on_arena(self, sample: zenoh.Sample) -> None:
-        token = key_expressions.arena_token(str(sample.key_expr))
+        token = key_expressions.parse_arena_token(str(sample.key_expr))
         if token is not None:
-            kind = ArenaSeen if sample.kind == zenoh.SampleKind.PUT else ArenaGone
-            self._deliver(kind(token.world))
+            kind = ArenaOnline if sample.kind == zenoh.SampleKind.PUT else ArenaOffline
+            self._deliver(kind(token.arena_run))

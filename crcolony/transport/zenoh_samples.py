@@ -13,10 +13,10 @@ import zenoh
 from zenoh.handlers import Callback
 
 from crcolony.protocol import key_expressions
-from crcolony.protocol.codec import BODY_BYTES
+from crcolony.protocol.codec import MAX_BODY_MESSAGE_BYTES
 from crcolony.transport.interface import (
-    RobotGone,
-    RobotSeen,
+    RobotOffline,
+    RobotOnline,
 )
 
 
@@ -30,13 +30,15 @@ def _publisher(session: zenoh.Session, key: str) -> zenoh.Publisher:
     )
 
 
-def _presence(sample: zenoh.Sample, token: key_expressions.RobotToken) -> RobotSeen | RobotGone:
-    kind = RobotSeen if sample.kind == zenoh.SampleKind.PUT else RobotGone
-    return kind(token.robot, token.life, token.session)
+def _presence(
+    sample: zenoh.Sample, token: key_expressions.RobotToken
+) -> RobotOnline | RobotOffline:
+    kind = RobotOnline if sample.kind == zenoh.SampleKind.PUT else RobotOffline
+    return kind(token.robot, token.incarnation, token.session)
 
 
 def _payload(query: zenoh.Query) -> bytes:
-    return _content(query.payload, BODY_BYTES) if query.payload is not None else b""
+    return _content(query.payload, MAX_BODY_MESSAGE_BYTES) if query.payload is not None else b""
 
 
 def _content(payload: zenoh.ZBytes, most: int) -> bytes:

@@ -19,7 +19,7 @@ import zenoh
 from msgspec import Meta
 from zenoh.handlers import Callback
 
-from crcolony.protocol.codec import SCENE_BYTES
+from crcolony.protocol.codec import MAX_SCENE_BYTES
 from crcolony.transport.interface import NetworkError
 
 PORT = 7447
@@ -46,7 +46,7 @@ MESH_ROBOTS = 32
 """Beyond so many robots a full mesh costs more than it gives."""
 
 
-class Network(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class NetworkSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """How to reach the others. Endpoints are Zenoh's: `tcp/host:port`, `udp/…`, `tls/…`, `quic/…`."""
 
     role: Literal["peer", "client", "router"] = "peer"
@@ -60,7 +60,7 @@ class Network(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
     """A silent peer is gone after this"""
 
 
-def open_session(network: Network) -> zenoh.Session:
+def open_session(network: NetworkSettings) -> zenoh.Session:
     """Come onto the network; raises NetworkError naming the endpoint and the reason."""
     zenoh.init_log_from_env_or(_SAID)
     if network.role != "router":
@@ -92,7 +92,7 @@ def _do_not_linger(_: zenoh.LinkEvent) -> None:
                 one.detach()
 
 
-def zenoh_config(network: Network) -> dict[str, Any]:
+def zenoh_config(network: NetworkSettings) -> dict[str, Any]:
     """Return Zenoh's configuration."""
     by_multicast = bool(network.interface)
     listen = network.listen or _own_endpoints(network)
@@ -131,7 +131,7 @@ def zenoh_config(network: Network) -> dict[str, Any]:
                     "keep_alive": 4,
                     "queue": {"congestion_control": {"block": {"wait_before_close": _PATIENCE_US}}},
                 },
-                "rx": {"max_message_size": 2 * SCENE_BYTES},
+                "rx": {"max_message_size": 2 * MAX_SCENE_BYTES},
             },
             "shared_memory": {"enabled": False},
         },
@@ -159,7 +159,7 @@ def is_taken(endpoint: str) -> bool:
     return False
 
 
-def _own_endpoints(network: Network) -> tuple[str, ...]:
+def _own_endpoints(network: NetworkSettings) -> tuple[str, ...]:
     """Return a free port of the address of this machine that reaches the first seed, or of the interface."""
     if network.role == "client":
         return ()
@@ -213,7 +213,7 @@ def _host_and_port(endpoint: str) -> tuple[str, int]:
     return host.strip("[]"), int(port)
 
 
-def _in_words(network: Network, reason: str) -> str:
+def _in_words(network: NetworkSettings, reason: str) -> str:
     for endpoint in network.listen:
         if "ddress already in use" in reason or is_taken(endpoint):
             return f"{endpoint}: the port is taken; choose another with --listen"

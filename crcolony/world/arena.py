@@ -13,7 +13,7 @@ from crcolony.world.arena_size import check_fit, pack_count, size_m
 from crcolony.world.neighbours import new_cells, sort_into_cells
 from crcolony.world.packs import place_pack
 from crcolony.world.physics import Space
-from crcolony.world.settings import Arena as ArenaSettings
+from crcolony.world.settings import ArenaSettings
 from crcolony.world.state import SAVED, Rules, World
 from crcolony.world.tick import advance, command, observe
 

@@ -3,21 +3,21 @@
 import math
 
 from crcolony.body.settings import CyberRodent
-from crcolony.world.settings import Arena
+from crcolony.world.settings import ArenaSettings
 
 
-def size_m(arena: Arena, robots: int) -> tuple[float, float]:
+def size_m(arena: ArenaSettings, robots: int) -> tuple[float, float]:
     """Return width and height: as set, or a square that grows with the number of robots."""
     width_m = arena.width_m or math.sqrt(arena.area_per_robot_m2 * robots)
     return width_m, arena.height_m or width_m
 
 
-def pack_count(arena: Arena, robots: int) -> int:
+def pack_count(arena: ArenaSettings, robots: int) -> int:
     """Return the number of packs: as set, or so many for every robot."""
     return arena.packs or round(arena.packs_per_robot * robots)
 
 
-def check_fit(arena: Arena, rodent: CyberRodent, robots: int) -> None:
+def check_fit(arena: ArenaSettings, rodent: CyberRodent, robots: int) -> None:
     """Raise ValueError naming the setting if robots and packs cannot be placed in the arena."""
     width_m, height_m = size_m(arena, robots)
     packs = pack_count(arena, robots)

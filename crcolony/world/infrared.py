@@ -57,7 +57,7 @@ def _disc(cx: float, cy: float, radius_m: float, dx: float, dy: float) -> float:
 
 
 @compiled
-def feel(world: World, i: int, count: int, row: FloatArray) -> None:
+def sense_infrared(world: World, i: int, count: int, row: FloatArray) -> None:
     """Write the range sensor and the seven proximity sensors, all measured from the hull, into an observation."""
     hull_m = world.rules.radius_m
     range_m = world.rules.ir_range_m

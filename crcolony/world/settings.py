@@ -11,7 +11,7 @@ Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 Place = Annotated[float, Meta(ge=-1e4, le=1e4)]
 
 
-class Arena(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class ArenaSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """The shared world: a rectangle with walls, obstacles and battery packs."""
 
     width_m: NotNegative = 0.0

@@ -14,7 +14,7 @@ from crcolony.compiled import FloatArray, compiled
 from crcolony.randomness import draw
 from crcolony.world.camera import hear, see_packs, see_robots
 from crcolony.world.encounter_detection import report_encounters
-from crcolony.world.infrared import feel
+from crcolony.world.infrared import sense_infrared
 from crcolony.world.neighbours import find_near, sort_into_cells
 from crcolony.world.packs import work_jaws
 from crcolony.world.physics import pull, push, step
@@ -30,7 +30,7 @@ _BEARINGS = (
 
 
 @compiled
-def one_period(world: World, actions: FloatArray, fresh: NDArray[np.bool_]) -> None:
+def step_world(world: World, actions: FloatArray, fresh: NDArray[np.bool_]) -> None:
     """Command all whose action is fresh (robots,), let a control period pass, and let everybody observe."""
     for i in range(actions.shape[0]):
         if fresh[i]:
@@ -53,7 +53,7 @@ def command(world: World, i: int, action: FloatArray) -> None:
 def advance(world: World) -> None:
     """Let one control period pass: from the actions in force to new poses, charges and encounters."""
     rules = world.rules
-    _obey(world)
+    _apply_actions(world)
     steps = _physics_steps(world)
     step_s = rules.period_s / steps
     for _ in range(steps):
@@ -72,7 +72,7 @@ def advance(world: World) -> None:
 
 
 @compiled
-def _obey(world: World) -> None:
+def _apply_actions(world: World) -> None:
     """Put the actions due into force; a robot whose last command has outlived its time to live stops."""
     period_s = world.rules.period_s
     delay = world.pending.shape[0] - 1
@@ -117,7 +117,7 @@ def _turn_at_walls(world: World) -> None:
 def observe(world: World) -> None:
     """Write what every body senses now; the observations due are the last of `world.observations`."""
     rules = world.rules
-    _grow_older(world.observations)
+    _shift_delay_line(world.observations)
     rows = world.observations[0]
     looks_around = rules.camera or rules.infrared or rules.microphones
     for i in range(world.poses.shape[0]):
@@ -133,18 +133,18 @@ def observe(world: World) -> None:
             see_robots(world, i, count, row)
             see_packs(world, i, count, row)
         if rules.infrared:
-            feel(world, i, count, row)
+            sense_infrared(world, i, count, row)
         if rules.inertial:
-            _balance(world, i, row)
+            _sense_inertial(world, i, row)
         if rules.microphones:
             hear(world, i, count, row)
-        _know_itself(world, i, row)
+        _sense_proprioception(world, i, row)
         if rules.noisy:
-            _blur(world, row)
+            _add_noise(world, row)
 
 
 @compiled
-def _grow_older(observations: FloatArray) -> None:
+def _shift_delay_line(observations: FloatArray) -> None:
     """Make room for the newest observation: every older one moves a place back, and the first is cleared."""
     ages, robots, width = observations.shape
     for age in range(ages - 1, -1, -1):
@@ -167,7 +167,7 @@ def _sight(world: World) -> float:
 
 
 @compiled
-def _balance(world: World, i: int, row: FloatArray) -> None:
+def _sense_inertial(world: World, i: int, row: FloatArray) -> None:
     """Write gyro, accelerometer and wheel speeds; the accelerometer compares with the last observation's wheels."""
     period_s = world.rules.period_s
     vx, vy, turn = world.velocities[i, 0], world.velocities[i, 1], world.velocities[i, 2]
@@ -181,7 +181,7 @@ def _balance(world: World, i: int, row: FloatArray) -> None:
 
 
 @compiled
-def _know_itself(world: World, i: int, row: FloatArray) -> None:
+def _sense_proprioception(world: World, i: int, row: FloatArray) -> None:
     """Write jaw, charge, the body's own battery, and the encounter."""
     row[contract.JAW_HOLDS] = 1.0 if world.holding[i] >= 0 else 0.0
     row[contract.CHARGE] = world.charges[i]
@@ -195,7 +195,7 @@ def _know_itself(world: World, i: int, row: FloatArray) -> None:
 
 
 @compiled
-def _blur(world: World, row: FloatArray) -> None:
+def _add_noise(world: World, row: FloatArray) -> None:
     """Add Gaussian noise to what was sensed (Box and Muller 1958); what was not seen stays unseen."""
     for column in range(row.shape[0]):
         deviation = world.noise[column]

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from crcolony.telemetry.colony_monitor import Watch
-from crcolony.telemetry.status_changes import News
-from crcolony_dashboards.rerun_streams import Moment, Stage
+from crcolony.telemetry.colony_monitor import ColonyMonitor
+from crcolony.telemetry.status_changes import StatusChange
+from crcolony_dashboards.rerun_streams import Moment, RerunStreams
 from crcolony_dashboards.tabs.arena import ArenaTab
 from crcolony_dashboards.tabs.evolution import EvolutionTab
 from crcolony_dashboards.tabs.life import LifeTab
@@ -13,18 +13,18 @@ from crcolony_dashboards.tabs.lineage import LineageTab
 from crcolony_dashboards.tabs.log import LogTab
 from crcolony_dashboards.tabs.network import NetworkTab
 from crcolony_dashboards.tabs.tab import Tab
-from crcolony_dashboards.throttle import Beat
-from crcolony_dashboards.view_model.colony_view import Spectator
+from crcolony_dashboards.throttle import Throttle
+from crcolony_dashboards.view_model.colony_view import ColonyView
 
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
 
 
 class Dashboard:
-    """Draws what a `Watch` knows. `agent` is whose potentials are drawn, "" for whoever mated most."""
+    """Draws what a `ColonyMonitor` knows. `agent` is whose potentials are drawn, "" for whoever mated most."""
 
-    def __init__(self, watch: Watch, agent: str = "") -> None:
-        self.spectator = Spectator(watch)
+    def __init__(self, watch: ColonyMonitor, agent: str = "") -> None:
+        self.view = ColonyView(watch)
         self.tabs: Sequence[Tab] = (
             ArenaTab(),
             LifeTab(),
@@ -33,7 +33,7 @@ class Dashboard:
             NetworkTab(),
             LogTab(),
         )
-        self._count = Beat(1.0)
+        self._count = Throttle(1.0)
         self._sim_s = 0.0
         """The colony's time as it was known last"""
 
@@ -54,26 +54,26 @@ class Dashboard:
             auto_layout=False,
         )
 
-    def begin(self, stage: Stage) -> None:
+    def setup(self, stage: RerunStreams) -> None:
         """Draw what never changes."""
         for tab in self.tabs:
-            tab.begin(stage)
+            tab.setup(stage)
 
-    def take(self, news: Sequence[News], unix_s: float) -> None:
+    def handle_changes(self, news: Sequence[StatusChange], unix_s: float) -> None:
         """Take what has happened, in order."""
         for one in news:
-            self.spectator.take(one, unix_s)
+            self.view.handle_change(one, unix_s)
 
-    def draw(self, stage: Stage, unix_s: float) -> None:
+    def draw(self, stage: RerunStreams, unix_s: float) -> None:
         """Draw everything that is due now."""
-        spectator = self.spectator
-        spectator.watch.let_time_pass(unix_s)
-        spectator.look(unix_s)
+        spectator = self.view
+        spectator.monitor.handle_timeouts(unix_s)
+        spectator.refresh(unix_s)
         if self._count.is_due(unix_s):
-            spectator.count(unix_s)
+            spectator.update_rates(unix_s)
         sim_s = spectator.sim_s()
         self._sim_s = self._sim_s if sim_s is None else sim_s
         moment = Moment(unix_s, self._sim_s, spectator.generation())
-        stage.at(moment)
+        stage.set_time(moment)
         for tab in self.tabs:
             tab.draw(stage, spectator, moment)

@@ -13,14 +13,15 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from crcolony.recordings.telemetry_file import FILE_NAME, TelemetryFile
-from crcolony.shutdown import Stop
-from crcolony.telemetry.subscriber import Watcher
-from crcolony.transport.zenoh_session import Network, open_session
+from crcolony.recordings.telemetry_file import TELEMETRY_FILE, TelemetryFile
+from crcolony.shutdown import ShutdownSignal
+from crcolony.telemetry.subscriber import TelemetrySubscriber
+from crcolony.transport.zenoh_session import NetworkSettings, open_session
 from crcolony_dashboards.dashboard import Dashboard
-from crcolony_dashboards.rerun_streams import Stage, check_rerun, open_live
-from crcolony_dashboards.rrd_file import MOST_BYTES, leave, open_film, put_in_order
-from crcolony_dashboards.throttle import Beat
+from crcolony_dashboards.rerun_check import check_rerun
+from crcolony_dashboards.rerun_streams import RerunStreams, open_live
+from crcolony_dashboards.rrd_file import MOST_BYTES, leave, open_film, optimize_rrd
+from crcolony_dashboards.throttle import Throttle
 from crcolony_dashboards.viewers import Viewer, open_browser, open_native, serve_web
 
 FILM = "dashboard.rrd"
@@ -31,10 +32,10 @@ _HISTORY = 1_000
 
 
 @dataclass(frozen=True)
-class Watching:
+class DashboardOptions:
     """What to watch, and how to show it."""
 
-    network: Network
+    network: NetworkSettings
     colony: str
     port: int
     folder: Path | None
@@ -47,54 +48,54 @@ class Watching:
     minutes: float | None = None
 
 
-def run_dashboard(watching: Watching) -> None:
+def run_dashboard(watching: DashboardOptions) -> None:
     """Watch until told to stop. Raises Refusal if the dashboard cannot be shown."""
     check_rerun()
     woken = threading.Event()
-    stop = Stop(watching.minutes, wake=woken.set)
+    stop = ShutdownSignal(watching.minutes, wake=woken.set)
     with contextlib.ExitStack() as open_things:
         session = open_things.enter_context(open_session(watching.network))
         heard = _telemetry(watching)
         if heard is not None:
             open_things.callback(_end_recording, heard)
-        watcher = Watcher(
+        watcher = TelemetrySubscriber(
             session,
             watching.colony,
             asks=True,
             history=_HISTORY,
-            hear=heard.hear if heard is not None else None,
+            hear=heard.add if heard is not None else None,
         )
-        dashboard = Dashboard(watcher.watch, watching.agent)
+        dashboard = Dashboard(watcher.monitor, watching.agent)
         stage, url = _stage(watching, dashboard)
         open_things.callback(_end_showing, stage)
         viewers = open_things.enter_context(_viewers(watching, url))
         _say(f"dashboard at {url}")
         _watch(watcher, dashboard, stage, heard, viewers, stop, woken)
-    leave(stage.film)
+    leave(stage.rrd)
 
 
 def _watch(
-    watcher: Watcher,
+    watcher: TelemetrySubscriber,
     dashboard: Dashboard,
-    stage: Stage,
+    stage: RerunStreams,
     heard: TelemetryFile | None,
     viewers: list[Viewer],
     stop: Callable[[], bool],
     woken: threading.Event,
 ) -> None:
     """Draw ten times a second; say who has come and gone, and what has failed."""
-    dashboard.begin(stage)
-    upkeep, presence = Beat(2.0), Presence()
+    dashboard.setup(stage)
+    upkeep, presence = Throttle(2.0), ColonyAnnouncer()
     next_s = time.monotonic()
     while not stop():
         now_s = time.time()
-        dashboard.take(watcher.update(), now_s)
+        dashboard.handle_changes(watcher.poll(), now_s)
         dashboard.draw(stage, now_s)
-        colonies = {watched.colony for watched in dashboard.spectator.alive}
+        colonies = {watched.colony for watched in dashboard.view.alive}
         for line in presence.changes(colonies, now_s):
             _say(line)
         if upkeep.is_due(now_s):
-            trouble = [stage.film.trouble() if stage.film else None]
+            trouble = [stage.rrd.check() if stage.rrd else None]
             trouble.append(heard.commit() if heard else None)
             for what in filter(None, trouble):
                 _say(what)
@@ -105,7 +106,7 @@ def _watch(
         woken.wait(next_s - time.monotonic())
 
 
-class Presence:
+class ColonyAnnouncer:
     """Tells who is there to be watched. Somebody who is gone for a moment only was always there."""
 
     def __init__(self) -> None:
@@ -125,7 +126,7 @@ class Presence:
         return ["nobody is there any more; looking …"]
 
 
-def _stage(watching: Watching, dashboard: Dashboard) -> tuple[Stage, str]:
+def _stage(watching: DashboardOptions, dashboard: Dashboard) -> tuple[RerunStreams, str]:
     blueprint = dashboard.blueprint("wall", is_live=True)
     run = f"crcolony-{uuid.uuid4().hex[:8]}"
     live, url = open_live(watching.port, run, blueprint)
@@ -133,16 +134,16 @@ def _stage(watching: Watching, dashboard: Dashboard) -> tuple[Stage, str]:
     if watching.folder is not None:
         film = open_film(free_name(watching.folder / FILM), run, blueprint)
         _say(f"recorded into {watching.folder}")
-    return Stage(live, film), url
+    return RerunStreams(live, film), url
 
 
-def _end_showing(stage: Stage) -> None:
+def _end_showing(stage: RerunStreams) -> None:
     """Close all streams, and put the film in order unless that would take long."""
-    is_whole = stage.film is not None and stage.film.stream is not None
+    is_whole = stage.rrd is not None and stage.rrd.stream is not None
     stage.close()
-    film = stage.film.path if stage.film is not None and is_whole else None
+    film = stage.rrd.path if stage.rrd is not None and is_whole else None
     if film is not None and film.stat().st_size < MOST_BYTES:
-        put_in_order(film)
+        optimize_rrd(film)
 
 
 def _end_recording(heard: TelemetryFile) -> None:
@@ -151,12 +152,12 @@ def _end_recording(heard: TelemetryFile) -> None:
         _say(trouble)
 
 
-def _telemetry(watching: Watching) -> TelemetryFile | None:
-    return TelemetryFile.open(watching.folder / FILE_NAME) if watching.folder else None
+def _telemetry(watching: DashboardOptions) -> TelemetryFile | None:
+    return TelemetryFile.open(watching.folder / TELEMETRY_FILE) if watching.folder else None
 
 
 @contextlib.contextmanager
-def _viewers(watching: Watching, url: str) -> Iterator[list[Viewer]]:
+def _viewers(watching: DashboardOptions, url: str) -> Iterator[list[Viewer]]:
     """The viewers that were asked for; they are closed when this is left."""
     viewers: list[Viewer] = []
     try:

@@ -5,12 +5,13 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from crcolony.recordings.resimulation import Windows
-from crcolony.recordings.sources import heard_of, is_recorded
-from crcolony.telemetry.colony_monitor import Heard, Watch
+from crcolony.recordings.sources import is_recorded, samples_of
+from crcolony.telemetry.colony_monitor import ColonyMonitor, TelemetrySample
 from crcolony_dashboards.dashboard import Dashboard
-from crcolony_dashboards.rerun_streams import DashboardError, Stage, check_rerun
-from crcolony_dashboards.rrd_file import Film, leave, open_film, put_in_order
-from crcolony_dashboards.throttle import Beat
+from crcolony_dashboards.rerun_check import DashboardError, check_rerun
+from crcolony_dashboards.rerun_streams import RerunStreams
+from crcolony_dashboards.rrd_file import RrdFile, leave, open_film, optimize_rrd
+from crcolony_dashboards.throttle import Throttle
 from crcolony_dashboards.viewers import open_file
 
 REPLAY = "replay.rrd"
@@ -29,11 +30,11 @@ def run_replay(
     """
     check_rerun()
     target = out or (path if path.is_dir() else path.parent) / REPLAY
-    heard = heard_of(path, windows)
+    heard = samples_of(path, windows)
     first = next(heard, None)  # what cannot be read at all leaves no film
     if first is None:
         raise DashboardError(f"{path}: nothing was heard")
-    dashboard = Dashboard(Watch(), agent)
+    dashboard = Dashboard(ColonyMonitor(), agent)
     draft = target.with_name(target.name + ".part")
     film = open_film(draft, "replay", dashboard.blueprint("sim", is_live=False))
     trouble: str | None = None
@@ -41,10 +42,10 @@ def run_replay(
         coarse_s = _PERIOD_S if is_recorded(path) else _COARSE_S
         play(itertools.chain([first], heard), dashboard, film, coarse_s)
     finally:
-        trouble = film.trouble()
+        trouble = film.check()
         film.close()
         if trouble is None:
-            put_in_order(draft)
+            optimize_rrd(draft)
             draft.replace(target)
             print(target, flush=True)
     if trouble is not None:
@@ -54,10 +55,12 @@ def run_replay(
         open_file(target)
 
 
-def play(heard: Iterable[Heard], dashboard: Dashboard, film: Film, coarse_s: float) -> None:
+def play(
+    heard: Iterable[TelemetrySample], dashboard: Dashboard, film: RrdFile, coarse_s: float
+) -> None:
     """Draw what is heard as it was heard, ten times a second of its own time; `coarse_s` apart without scenes."""
-    stage, fine, coarse = Stage(None, film), Beat(_PERIOD_S), Beat(coarse_s)
-    dashboard.begin(stage)
+    stage, fine, coarse = RerunStreams(None, film), Throttle(_PERIOD_S), Throttle(coarse_s)
+    dashboard.setup(stage)
     now_s = scene_s = 0.0
     for one in heard:
         before_s, now_s = now_s, one.unix_ms / 1000.0
@@ -66,6 +69,6 @@ def play(heard: Iterable[Heard], dashboard: Dashboard, film: Film, coarse_s: flo
             dashboard.draw(stage, before_s)
         if one.kind == "scene":
             scene_s = now_s
-        dashboard.take(dashboard.spectator.watch.take(one), now_s)
+        dashboard.handle_changes(dashboard.view.monitor.handle_sample(one), now_s)
     if now_s > 0.0:
         dashboard.draw(stage, now_s)

@@ -1,5 +1,6 @@
 """Films that are over: with the index that viewers seek by, and several times smaller."""
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -8,13 +9,7 @@ from typing import TYPE_CHECKING
 
 from crcolony.errors import EXIT_OK, EXIT_WRONG_INPUT
 from crcolony.recordings.disk_space import check_room
-from crcolony_dashboards.rerun_streams import (
-    _CLOSING_S,
-    _FILM_FLUSH_S,
-    DashboardError,
-    _close,
-    _stream,
-)
+from crcolony_dashboards.rerun_check import DashboardError
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -24,12 +19,13 @@ from crcolony_dashboards.viewers import rerun_program
 
 MOST_BYTES = 256 * 2**20
 """Of a film that is put in order while somebody waits"""
+_FLUSH_S, _CLOSING_S = 2.0, 3.0
 _PATIENCE_S = 600.0
 _BEGINNING = b"RRF2"
 """Of every film; of anything else Rerun would make an empty one"""
 
 
-def put_in_order(film: Path) -> None:
+def optimize_rrd(film: Path) -> None:
     """Rewrite a film with its index; where that fails it stays as it is, and can be seen all the same."""
     draft = film.with_name(film.name + ".draft")
     command = [str(rerun_program()), "rrd", "optimize", str(film), "-o", str(draft)]
@@ -46,7 +42,7 @@ def put_in_order(film: Path) -> None:
         draft.unlink(missing_ok=True)
 
 
-class Film:
+class RrdFile:
     """A recording on disk (.rrd), as long as there is room for it."""
 
     def __init__(self, path: Path, stream: "rr.RecordingStream") -> None:
@@ -59,7 +55,7 @@ class Film:
         """Whether Rerun waits for ever for what it cannot write; a process with such a film must `leave`."""
         return self._stuck is not None
 
-    def trouble(self) -> str | None:
+    def check(self) -> str | None:
         """Look after the disk, now and then; end the film where it is full and return why, once."""
         if self.stream is None:
             return None
@@ -78,7 +74,7 @@ class Film:
     def close(self) -> None:
         """End the film."""
         if self.stream is not None:
-            _close(self.stream)
+            close_stream(self.stream)
             self.stream = None
 
     def _end(self, why: str) -> str:
@@ -86,7 +82,7 @@ class Film:
         return f"{self.path}: not recorded any more: {why}"
 
 
-def leave(film: Film | None, why: str = "") -> None:
+def leave(film: RrdFile | None, why: str = "") -> None:
     """End this process at once if its film is stuck, for it would not end otherwise; everything else is closed."""
     if film is None or not film.is_stuck:
         return
@@ -97,7 +93,7 @@ def leave(film: Film | None, why: str = "") -> None:
     os._exit(EXIT_WRONG_INPUT if why else EXIT_OK)
 
 
-def open_film(path: Path, run: str, blueprint: "rrb.Blueprint") -> Film:
+def open_film(path: Path, run: str, blueprint: "rrb.Blueprint") -> RrdFile:
     """Return a film that begins now; raises DashboardError if the file cannot be written."""
     import rerun as rr
 
@@ -106,7 +102,25 @@ def open_film(path: Path, run: str, blueprint: "rrb.Blueprint") -> Film:
         path.open("wb").close()
     except OSError as error:
         raise DashboardError(f"{path}: cannot be written: {error.strerror}") from None
-    stream = _stream(run, _FILM_FLUSH_S)
-    # A footer would keep something of every chunk in memory, for hours; `films.put_in_order` adds it in the end.
+    stream = new_stream(run, _FLUSH_S)
+    # A footer would keep something of every chunk in memory, for hours; `films.optimize_rrd` adds it in the end.
     stream.set_sinks(rr.FileSink(str(path), write_footer=False), default_blueprint=blueprint)
-    return Film(path, stream)
+    return RrdFile(path, stream)
+
+
+def new_stream(run: str, flush_s: float) -> "rr.RecordingStream":
+    """Return a recording stream that flushes its chunks at a fixed interval."""
+    import rerun as rr
+
+    config = rr.ChunkBatcherConfig(flush_tick=flush_s)
+    stream = rr.RecordingStream("crcolony", recording_id=run, batcher_config=config)
+    stream.set_log_time_enabled(False)
+    return stream
+
+
+def close_stream(stream: "rr.RecordingStream") -> None:
+    """Flush a stream and let it go; a stream that cannot be flushed is let go all the same."""
+    # A full disk, or a viewer that does not listen: it was said before, or does not matter.
+    with contextlib.suppress(RuntimeError, ValueError):
+        stream.flush(timeout_sec=_CLOSING_S)
+    stream.disconnect()

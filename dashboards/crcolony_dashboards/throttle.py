@@ -1,7 +1,7 @@
 """When something that is done every so often is due, or done when it has changed."""
 
 
-class Beat:
+class Throttle:
     """Tells when something that is done every so often is due. The first time is at once."""
 
     def __init__(self, period_s: float) -> None:
@@ -17,7 +17,7 @@ class Beat:
         return True
 
 
-class Change:
+class ChangeDetector:
     """Tells when something is to be drawn anew: it has changed, or was drawn so long ago that it may be forgotten."""
 
     def __init__(self, again_s: float = 15.0) -> None:

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 from urllib.parse import quote
 
-from crcolony_dashboards.rerun_streams import DashboardError, check_port
+from crcolony_dashboards.rerun_check import DashboardError, check_port
 
 _PATIENCE_S = 20.0
 _GRACE_S = 3.0

@@ -11,8 +11,8 @@ from concurrent.futures import ProcessPoolExecutor
 
 from crcolony.compiled import FloatArray, compiled
 from crcolony.config import load
-from crcolony.in_process.colony import EmbeddedColony, tick
-from crcolony.robot.state import Habits, Robots
+from crcolony.in_process.colony import InProcessColony, tick
+from crcolony.robot.state import Robots, StepParameters
 from crcolony.robot.step import step_robots
 from crcolony.world.physics import pull, push, step
 from crcolony.world.state import World
@@ -24,7 +24,9 @@ ROBOT_STEPS = 200_000
 
 
 @compiled
-def run_whole(world: World, robots: Robots, habits: Habits, actions: FloatArray, ticks: int) -> int:
+def run_whole(
+    world: World, robots: Robots, habits: StepParameters, actions: FloatArray, ticks: int
+) -> int:
     events = 0
     for _ in range(ticks):
         events += tick(world, robots, habits, actions)
@@ -48,24 +50,24 @@ def run_senses(world: World, ticks: int) -> None:
 
 @compiled
 def run_learning(
-    world: World, robots: Robots, habits: Habits, actions: FloatArray, ticks: int
+    world: World, robots: Robots, habits: StepParameters, actions: FloatArray, ticks: int
 ) -> None:
     for _ in range(ticks):
         step_robots(robots, habits, world.observations[world.observations.shape[0] - 1], actions)
 
 
-def new_colony(robots: int, *settings: str) -> EmbeddedColony:
+def new_colony(robots: int, *settings: str) -> InProcessColony:
     """Return a colony that has lived for a while, whose agents neither starve nor hand over."""
     config = load(None, [f"robots={robots}", "life.energy_per_step=0", *settings])
-    colony = EmbeddedColony(config, lambda _: None)
-    colony.begin()
-    colony.batch.left[:] = 2**60
+    colony = InProcessColony(config, lambda _: None)
+    colony.start()
+    colony.batch.slice_steps_left[:] = 2**60
     colony_step(colony, 300)()
     return colony
 
 
-def colony_step(colony: EmbeddedColony, ticks: int) -> Callable[[], object]:
-    world, robots, habits = colony.arena.world, colony.batch, colony.habits
+def colony_step(colony: InProcessColony, ticks: int) -> Callable[[], object]:
+    world, robots, habits = colony.arena.world, colony.batch, colony.parameters
     return lambda: run_whole(world, robots, habits, colony.actions, ticks)
 
 
@@ -83,7 +85,7 @@ def seconds(run: Callable[[], object]) -> float:
 def report(robots: int, *settings: str) -> None:
     colony = new_colony(robots, *settings)
     ticks = max(1, ROBOT_STEPS // robots)
-    world, batch, habits = colony.arena.world, colony.batch, colony.habits
+    world, batch, habits = colony.arena.world, colony.batch, colony.parameters
     whole = seconds(colony_step(colony, ticks))
     parts = {
         "physics": seconds(lambda: run_physics(world, ticks)),
@@ -110,12 +112,12 @@ def whole_run(robots: int = 4, generations: int = 20) -> float:
     import tempfile
     from pathlib import Path
 
-    from crcolony.in_process.run import begin, evolve
+    from crcolony.in_process.run import run_until_done, start_run
 
     with tempfile.TemporaryDirectory() as folder:
-        results, colony = begin(Path(folder), load(None, [f"generations={generations}"]))
+        results, colony = start_run(Path(folder), load(None, [f"generations={generations}"]))
         start = time.perf_counter()
-        evolve(results, colony, lambda: False, lambda _: None)
+        run_until_done(results, colony, lambda: False, lambda _: None)
         rate = colony.tick * robots / (time.perf_counter() - start)
         results.close()
     return rate

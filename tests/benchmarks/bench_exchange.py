@@ -12,7 +12,7 @@ from multiprocessing.connection import Connection
 
 from crcolony.config import Config
 from crcolony.protocol.codec import WireError
-from crcolony.protocol.envelope import is_genuine, open_letter, seal
+from crcolony.protocol.envelope import has_valid_signature, open_envelope, sign_message
 from crcolony.protocol.identity import Identity
 from crcolony.protocol.mating_messages import (
     Accept,
@@ -22,9 +22,9 @@ from crcolony.protocol.mating_messages import (
     pack_genes,
     unpack_genes,
 )
-from crcolony.robot.factory import own_streams, raise_robots
+from crcolony.robot.factory import make_robots, own_streams
 from crcolony.robot.genes import agent_schema
-from crcolony.transport.zenoh_session import Network
+from crcolony.transport.zenoh_session import NetworkSettings
 from tests.benchmarks.processes import COLONY, Wire, child, here
 
 TURNS, PER_TURN = 10, 500
@@ -36,15 +36,15 @@ ME, PEER = Identity(bytes(32)), Identity(bytes([1]) * 32)
 
 
 def own_genes(identity: Identity) -> bytes:
-    _, _, (robot,) = raise_robots(Config(), [identity.id.hex()], own_streams([identity.id]))
-    robot.begin()
+    _, _, (robot,) = make_robots(Config(), [identity.id.hex()], own_streams([identity.id]))
+    robot.start()
     return pack_genes(robot.exchange().genes)
 
 
 def read(letter: bytes) -> MatingMessage:
     """Open a letter as a robot that waits for it does; raises WireError."""
-    sealed, message = open_letter(letter)
-    if not is_genuine(sealed, COLONY):
+    sealed, message = open_envelope(letter)
+    if not has_valid_signature(sealed, COLONY):
         raise WireError("forged")
     assert isinstance(message, Propose | Accept)
     unpack_genes(message.genes, SCHEMA)
@@ -53,10 +53,10 @@ def read(letter: bytes) -> MatingMessage:
 
 def propose(count: int, genes: bytes) -> bytes:
     encounter = Encounter(ME.id, PEER.id, 1, count)
-    return seal(Propose(encounter, count, DIGEST, "me/1", genes), COLONY, ME)
+    return sign_message(Propose(encounter, count, DIGEST, "me/1", genes), COLONY, ME)
 
 
-def respond(connection: Connection, network: Network) -> None:
+def respond(connection: Connection, network: NetworkSettings) -> None:
     """Accept every proposal; echo what is bare."""
     genes = own_genes(PEER)
     with Wire(network, "bench/to") as wire:
@@ -72,7 +72,7 @@ def respond(connection: Connection, network: Network) -> None:
             message = read(data)
             assert isinstance(message, Propose)
             accept = Accept(message.encounter, message.nonce, DIGEST, "peer/1", genes)
-            wire.put("bench/back", seal(accept, COLONY, PEER))
+            wire.put("bench/back", sign_message(accept, COLONY, PEER))
 
 
 def rate(times: int, run: Callable[[], None]) -> float:
@@ -85,8 +85,8 @@ def rate(times: int, run: Callable[[], None]) -> float:
 def main() -> None:
     endpoint, genes = here(), own_genes(ME)
     with (
-        Wire(Network(listen=(endpoint,)), "bench/back") as wire,
-        child(respond, Network(connect=(endpoint,))) as ready,
+        Wire(NetworkSettings(listen=(endpoint,)), "bench/back") as wire,
+        child(respond, NetworkSettings(connect=(endpoint,))) as ready,
     ):
         assert ready.recv() == "ready"
         wire.until_heard("bench/to")

@@ -14,8 +14,8 @@ from pathlib import Path
 
 from crcolony.protocol.codec import WireError
 from crcolony.protocol.key_expressions import ColonyKeys
-from crcolony.protocol.telemetry_messages import Exchanged, decode_state, decode_told
-from crcolony.transport.zenoh_session import Network
+from crcolony.protocol.telemetry_messages import Exchanged, decode_event, decode_state
+from crcolony.transport.zenoh_session import NetworkSettings
 from tests.benchmarks.processes import COLONY, Wire, here, stop
 
 ROBOTS, REPEATS = 4, 3
@@ -33,7 +33,7 @@ def waits(folder: Path) -> tuple[float, float]:
     for setting in CROWDED:
         command += ["--set", setting]
     start_s = time.perf_counter()
-    with Wire(Network(connect=(endpoint,)), keys.all_states, keys.all_events) as wire:
+    with Wire(NetworkSettings(connect=(endpoint,)), keys.all_states, keys.all_events) as wire:
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
         try:
             return _watch(wire, start_s)
@@ -52,7 +52,7 @@ def _watch(wire: Wire, start_s: float) -> tuple[float, float]:
             if list(peers.values()) == [ROBOTS - 1] * ROBOTS:
                 seen_s = seen_s or now_s - start_s
         with contextlib.suppress(WireError):
-            if isinstance(decode_told(data).event, Exchanged):
+            if isinstance(decode_event(data).event, Exchanged):
                 mated_s = mated_s or now_s - start_s
     return seen_s, mated_s
 

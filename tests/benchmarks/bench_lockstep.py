@@ -26,7 +26,7 @@ from crcolony.protocol.body_messages import Action, Observation, pack_row
 from crcolony.protocol.codec import encode
 from crcolony.protocol.key_expressions import ArenaKeys
 from crcolony.protocol.telemetry_messages import decode_scene
-from crcolony.transport.zenoh_session import Network
+from crcolony.transport.zenoh_session import NetworkSettings
 from tests.benchmarks.processes import ARENA, COLONY, Wire, child, commands, here
 
 ROBOTS = 4
@@ -38,7 +38,7 @@ OBSERVATION = encode(Observation(2**61, 10**4, pack_row(np.ones(OBSERVATION_WIDT
 ACTION = encode(Action(10**4, pack_row(np.ones(ACTION_WIDTH))))
 
 
-def answer(connection: Connection, network: Network, number: int) -> None:
+def answer(connection: Connection, network: NetworkSettings, number: int) -> None:
     """Act on every observation, put or asked for, with nothing in between."""
     with Wire(network, f"bench/observation/{number}") as wire:
 
@@ -57,8 +57,8 @@ def answer(connection: Connection, network: Network, number: int) -> None:
 def bare(endpoint: str) -> tuple[float, float]:
     """Return fan-outs a second by puts, and by queries."""
     with contextlib.ExitStack() as opened:
-        wire = opened.enter_context(Wire(Network(listen=(endpoint,)), "bench/action"))
-        network = Network(connect=(endpoint,))
+        wire = opened.enter_context(Wire(NetworkSettings(listen=(endpoint,)), "bench/action"))
+        network = NetworkSettings(connect=(endpoint,))
         robots = [opened.enter_context(child(answer, network, k)) for k in range(ROBOTS)]
         assert [robot.recv() for robot in robots] == ["ready"] * ROBOTS
         for number in range(ROBOTS):
@@ -110,7 +110,7 @@ def lockstep(endpoint: str, folder: Path) -> float:
         for number in range(ROBOTS)
     ]  # fmt: skip
     lines = [[*line, "--arena", ARENA] for line in (arena, *robots)]
-    scenes = Wire(Network(connect=(endpoint,)), ArenaKeys(ARENA).scene)
+    scenes = Wire(NetworkSettings(connect=(endpoint,)), ArenaKeys(ARENA).scene)
     with commands(folder, *lines), scenes as wire:
         first = None
         while True:

@@ -20,18 +20,18 @@ from pathlib import Path
 from crcolony.config import Config
 from crcolony.nodes.robot_node import RobotNode
 from crcolony.protocol.body_messages import Contact
-from crcolony.protocol.envelope import open_letter, seal
+from crcolony.protocol.envelope import open_envelope, sign_message
 from crcolony.protocol.identity import Identity, is_signed
 from crcolony.protocol.mating_messages import Accept, Commit, Done, Encounter, Propose, pack_genes
 from crcolony.protocol.telemetry_messages import Exchanged, RobotEvent
-from crcolony.robot.factory import own_streams, raise_robots
+from crcolony.robot.factory import make_robots, own_streams
 from crcolony.robot.genes import agent_schema
 from crcolony.robot.state import MET
-from crcolony.storage.store import Store
+from crcolony.storage.store import RobotStore
 from crcolony.transport.inbox import Inbox
-from crcolony.transport.interface import Mail, RobotSeen
+from crcolony.transport.interface import EnvelopeReceived, RobotOnline
 from crcolony.transport.zenoh_robots import RobotTransport
-from crcolony.transport.zenoh_session import Network, open_session
+from crcolony.transport.zenoh_session import NetworkSettings, open_session
 from tests.benchmarks.processes import ARENA, COLONY, Wire, child, here
 
 TURNS = 300
@@ -43,16 +43,16 @@ TARGET = 1.5
 class Partner:
     """A robot of the product, whose contacts are told by the benchmark."""
 
-    def __init__(self, identity: Identity, network: Network, folder: Path) -> None:
+    def __init__(self, identity: Identity, network: NetworkSettings, folder: Path) -> None:
         config = Config()
-        batch, _, (robot,) = raise_robots(config, [identity.id.hex()], own_streams([identity.id]))
-        robot.begin()
+        batch, _, (robot,) = make_robots(config, [identity.id.hex()], own_streams([identity.id]))
+        robot.start()
         self.inbox = Inbox()
         self.session = open_session(network)
-        memory = Store(
+        memory = RobotStore(
             folder / "memory", identity.id, bytes.fromhex(robot.subpopulation.schema.digest)
         )
-        life = memory.begin_life(1)
+        life = memory.begin_incarnation(1)
         self.transport = RobotTransport(self.session, COLONY, ARENA, self.inbox.deliver)
         self.node = RobotNode(
             identity, COLONY, 0, robot, batch, memory, life, self.transport, hear=self._hear
@@ -69,7 +69,7 @@ class Partner:
         """Report a contact, as the own body would."""
         self.tick += 1
         self._events[0] = MET
-        self.node.attend(time.monotonic(), self.tick, contact)
+        self.node.handle_step_events(time.monotonic(), self.tick, contact)
 
     def mate(self) -> float:
         """Wait until a mating is decided and nothing is open any more; return when it was decided."""
@@ -81,18 +81,22 @@ class Partner:
     def take(self) -> None:
         """Wait for one arrival, and see to it."""
         arrival = self.inbox.get(min(0.5, max(0.0, self.node.next_s - time.monotonic())))
-        if isinstance(arrival, Mail):
-            self.node.receive(time.monotonic(), arrival.letter)
-        elif isinstance(arrival, RobotSeen):
-            self.node.robot_seen(time.monotonic(), arrival.robot, arrival.life, arrival.session)
-        self.node.let_time_pass(time.monotonic())
+        if isinstance(arrival, EnvelopeReceived):
+            self.node.handle_envelope(time.monotonic(), arrival.envelope)
+        elif isinstance(arrival, RobotOnline):
+            self.node.handle_peer_online(
+                time.monotonic(), arrival.robot, arrival.incarnation, arrival.session
+            )
+        self.node.handle_timeouts(time.monotonic())
 
 
-def live(connection: Connection, seed: bytes, peer: bytes, network: Network, folder: Path) -> None:
+def live(
+    connection: Connection, seed: bytes, peer: bytes, network: NetworkSettings, folder: Path
+) -> None:
     """Mate as often as told; answer when each mating was asked for and decided."""
     partner = Partner(Identity(seed), network, folder)
-    partner.node.begin(time.monotonic())
-    partner.transport.host(partner.node.id, partner.node.life)
+    partner.node.start(time.monotonic())
+    partner.transport.add_robot(partner.node.id, partner.node.incarnation)
     try:
         while peer not in partner.node.peers:
             partner.take()
@@ -117,7 +121,7 @@ def matings_between(
     """Return what lets two robots mate once, and tells how long that took."""
     seeds = sorted((bytes([k]) * 32 for k in (1, 2)), key=lambda seed: Identity(seed).id)
     ids = [Identity(seed).id for seed in seeds]
-    networks = Network(listen=(endpoint,)), Network(connect=(endpoint,))
+    networks = NetworkSettings(listen=(endpoint,)), NetworkSettings(connect=(endpoint,))
     folders = [folder / "a", folder / "b"]
     for each in folders:
         each.mkdir()
@@ -142,7 +146,7 @@ def matings_between(
 # The baseline -------------------------------------------------------------------------------------------------------
 
 
-def echo(connection: Connection, network: Network, sizes: list[int]) -> None:
+def echo(connection: Connection, network: NetworkSettings, sizes: list[int]) -> None:
     """Answer every message with one of the size that the protocol answers with."""
     with Wire(network, "bench/to") as wire:
         wire.until_heard("bench/back")
@@ -159,8 +163,8 @@ def round_trips_between(
 ) -> Callable[[], float]:
     """Return what makes the two bare round trips of a mating, and tells how long they took."""
     propose, accept, commit, done = map(len, letters)
-    wire = opened.enter_context(Wire(Network(listen=(endpoint,)), "bench/back"))
-    ready = opened.enter_context(child(echo, Network(connect=(endpoint,)), [accept, done]))
+    wire = opened.enter_context(Wire(NetworkSettings(listen=(endpoint,)), "bench/back"))
+    ready = opened.enter_context(child(echo, NetworkSettings(connect=(endpoint,)), [accept, done]))
     assert ready.recv() == "ready"
     wire.until_heard("bench/to")
 
@@ -197,7 +201,7 @@ def commits_into(
 def signatures_of(sealed: list[bytes]) -> Callable[[], float]:
     """Return what signs and verifies the letters until both have decided, and tells how long that took."""
     me = Identity(bytes(32))
-    contents = [open_letter(letter)[0].content for letter in sealed[:3]]
+    contents = [open_envelope(letter)[0].content for letter in sealed[:3]]
 
     def sign_and_verify() -> float:
         start = time.perf_counter()
@@ -211,13 +215,13 @@ def signatures_of(sealed: list[bytes]) -> Callable[[], float]:
 def letters() -> list[bytes]:
     """Return letters of a mating as long as the product's."""
     me, peer = Identity(bytes(32)), Identity(bytes([1]) * 32)
-    _, _, (robot,) = raise_robots(Config(), [me.id.hex()], own_streams([me.id]))
-    robot.begin()
+    _, _, (robot,) = make_robots(Config(), [me.id.hex()], own_streams([me.id]))
+    robot.start()
     own = robot.exchange()
     genes, schema = pack_genes(own.genes), bytes.fromhex(robot.subpopulation.schema.digest)
     encounter = Encounter(me.id, peer.id, int(time.time()), 1000)
     return [
-        seal(message, COLONY, sender)
+        sign_message(message, COLONY, sender)
         for message, sender in (
             (Propose(encounter, 2**40, schema, own.agent, genes), me),
             (Accept(encounter, 2**40, schema, own.agent, genes), peer),

@@ -18,7 +18,7 @@ import zenoh
 from zenoh.handlers import Callback
 
 from crcolony.protocol.key_expressions import ArenaKeys
-from crcolony.transport.zenoh_session import Network, open_session
+from crcolony.transport.zenoh_session import NetworkSettings, open_session
 from tests.benchmarks.processes import ARENA, COLONY, here, start, stop
 
 CROWDS = (8, 16, 24, 32)
@@ -29,8 +29,8 @@ PARTS = {
     "python with numpy": "import numpy",
     "the control step and all that is imported": "from crcolony.runtime.start_robot import *;"
     "from crcolony.config import *; config = Config(); warm_up(config)",
-    "a robot's weights": "robot = raise_robots(config, ['0'], numbered_streams(0, 0, 1))",
-    "sqlite": "memory = Store(Path(FOLDER) / 'memory', bytes(16), bytes(16)); memory.begin_life(1)",
+    "a robot's weights": "robot = make_robots(config, ['0'], numbered_streams(0, 0, 1))",
+    "sqlite": "memory = Store(Path(FOLDER) / 'memory', bytes(16), bytes(16)); memory.begin_incarnation(1)",
     "zenoh": "session = open_session(Network(listen=('tcp/127.0.0.1:0',)))",
 }
 
@@ -75,7 +75,7 @@ def carried(folder: Path) -> int:
     arena = start(folder / "arena.log", ["arena", "--arena", ARENA, *clock, "--listen", endpoint])
     robots: list[subprocess.Popen[bytes]] = []
     try:
-        with open_session(Network(connect=(endpoint,))) as session:
+        with open_session(NetworkSettings(connect=(endpoint,))) as session:
             periods = Periods(session)
             for crowd in CROWDS:
                 for number in range(len(robots), crowd):
@@ -117,7 +117,7 @@ def made_of(folder: Path) -> str:
     show = "print(re.search(r'Rss: +(\\d+)', open('/proc/self/smaps_rollup').read())[1])"
     for code in PARTS.values():
         lines += [code, show]
-    imports = "from crcolony.colony.raising import *; from crcolony.colony.network import *"
+    imports = "from crcolony.robot.factory import *; from crcolony.transport.zenoh_session import *"
     lines.insert(4, imports)
     out = subprocess.run(
         [sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=True

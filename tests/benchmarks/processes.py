@@ -15,7 +15,7 @@ from typing import Any
 import zenoh
 from zenoh.handlers import Callback
 
-from crcolony.transport.zenoh_session import Network, free_port, open_session
+from crcolony.transport.zenoh_session import NetworkSettings, free_port, open_session
 
 COLONY, ARENA = "bench", "bench"
 _SPAWN = multiprocessing.get_context("spawn")
@@ -77,7 +77,7 @@ def here() -> str:
 class Wire:
     """Bare Zenoh between processes: what arrives on the keys it hears waits in a queue, as in the product."""
 
-    def __init__(self, network: Network, *heard: str) -> None:
+    def __init__(self, network: NetworkSettings, *heard: str) -> None:
         self.session = open_session(network)
         self.queue: SimpleQueue[bytes] = SimpleQueue()
         self._publishers: dict[str, zenoh.Publisher] = {}

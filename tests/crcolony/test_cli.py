@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.paths import PYTHONPATH
 from tests.support.small_colony import SMALL
 
 FAST = ["--generations", "3", *(word for setting in SMALL for word in ("--set", setting))]
@@ -22,7 +23,7 @@ def command(*words: str | Path) -> list[str]:
 
 
 def crcolony(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": str(Path.cwd())}
+    environment = {**os.environ, "PYTHONPATH": PYTHONPATH}
     return subprocess.run(
         command(*words), capture_output=True, text=True, timeout=200, cwd=cwd, env=environment
     )
@@ -215,7 +216,7 @@ def test_a_full_disk_stops_a_run_with_a_word_and_loses_nothing(tmp_path: Path) -
     """With no room for the history to grow (a limit on the size of files, as a full disk) the run can go on later."""
     limit = 3_000_000
     words = [*FAST, "--set", "learning.tilings=2", "--generations", "0", "--out", "run"]
-    environment = {**os.environ, "PYTHONPATH": str(Path.cwd())}
+    environment = {**os.environ, "PYTHONPATH": PYTHONPATH}
     full = subprocess.run(
         command("evolve", *words),
         capture_output=True,

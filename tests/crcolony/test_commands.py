@@ -56,7 +56,7 @@ def refusal(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:
         ("top --seconds 0", "--seconds 0: must be above 0"),
         ("status --seconds -1", "--seconds -1: from 0 to 600"),
         ("status --client --connect tcp/127.0.0.1:9", "no router answers at tcp/127.0.0.1:9"),
-        ("inspect missing", "missing: not a crcolony memory: there is no such file"),
+        ("inspect missing", "missing: not a crcolony robot file: there is no such file"),
         ("keygen /proc/none/key", "/proc/none/key: cannot be written"),
         ("plot", "the following arguments are required: FOLDER"),
         ("plot missing", "missing: there is no such folder"),
@@ -126,7 +126,7 @@ class TestRobotFolders:
         self, capsys: pytest.CaptureFixture[str], tmp_path: Path
     ) -> None:
         """An old program does not touch it."""
-        refused = tmp_path / "memory.sqlite"
+        refused = tmp_path / "robot.sqlite"
         with sqlite3.connect(refused) as database:
             database.execute("PRAGMA application_id = 0x43524D59")
             database.execute("PRAGMA user_version = 99")
@@ -139,8 +139,8 @@ class TestRobotFolders:
         self, capsys: pytest.CaptureFixture[str], tmp_path: Path
     ) -> None:
         """A file of something else is left as it is."""
-        (tmp_path / "memory.sqlite").write_text(
+        (tmp_path / "robot.sqlite").write_text(
             "not a database, but long enough to be looked at" * 99
         )
         said = refusal(capsys, "robot", "--out", tmp_path, "--connect", ENDPOINT)
-        assert "memory.sqlite: not a crcolony memory" in said
+        assert "robot.sqlite: not a crcolony robot file" in said

@@ -11,11 +11,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from crcolony.protocol.telemetry_messages import Fault, RobotEvent
-from crcolony.telemetry.colony_monitor import Watch
+from crcolony.telemetry.colony_monitor import ColonyMonitor
 from crcolony.telemetry.presence import FORGET_S
-from crcolony.telemetry.status_changes import Appeared, Vanished
+from crcolony.telemetry.status_changes import RobotJoined, RobotLeft
 from tests.support.drawn import Drawing, RecordingStage
-from tests.support.fake_telemetry import IDS, SCHEMA, Hearsay, T, agent, born, lived, mated, met
+from tests.support.fake_telemetry import (
+    IDS,
+    SCHEMA,
+    FakeTelemetry,
+    T,
+    agent,
+    born,
+    lived,
+    mated,
+    met,
+)
 
 TABS = ["Arena", "Life", "Evolution", "Lineage", "Network", "Log"]
 
@@ -24,9 +34,9 @@ class Performance:
     """A dashboard that hears of colonies and draws on a recording stage."""
 
     def __init__(self) -> None:
-        self.dashboard, self.stage = Dashboard(Watch()), RecordingStage()
-        self.heard = Hearsay(self.dashboard.spectator)
-        self.dashboard.begin(self.stage)
+        self.dashboard, self.stage = Dashboard(ColonyMonitor()), RecordingStage()
+        self.heard = FakeTelemetry(self.dashboard.view)
+        self.dashboard.setup(self.stage)
 
     def draw(self, after_s: float = 0.1) -> RecordingStage:
         self.heard.at_s += after_s
@@ -40,7 +50,7 @@ def show() -> Performance:
     return Performance()
 
 
-def live(heard: Hearsay) -> None:
+def live(heard: FakeTelemetry) -> None:
     """Let two robots do everything that robots do, for a generation."""
     heard.about_arena()
     heard.scene((0, -0.5, 0.0), (1, 0.5, 0.0), packs=[(0.0, 0.5, 0.4)], tick=5_000)
@@ -63,7 +73,7 @@ def views(container: Any) -> Iterator[Any]:
 
 def test_there_are_six_tabs() -> None:
     """In the order in which a person looks at them; the first is open."""
-    dashboard = Dashboard(Watch())
+    dashboard = Dashboard(ColonyMonitor())
     assert [tab.layout().name for tab in dashboard.tabs] == TABS
     for timeline, is_live in (("wall", True), ("sim", False)):
         blueprint = dashboard.blueprint(timeline, is_live)
@@ -125,7 +135,7 @@ def test_it_draws_at_the_moment_that_it_is(show: Performance) -> None:
 
 def test_news_are_taken_in_order(show: Performance) -> None:
     """As they are passed on."""
-    show.dashboard.take([Appeared(IDS[0]), Vanished(IDS[0]), Appeared(IDS[0])], T)
+    show.dashboard.handle_changes([RobotJoined(IDS[0]), RobotLeft(IDS[0]), RobotJoined(IDS[0])], T)
     show.draw(1.0)
     said = [drawing.parts["text"].to_pylist()[0] for drawing in show.stage.drawings
             if drawing.path == "/log/presence"]  # fmt: skip
@@ -138,7 +148,7 @@ def test_rates_are_counted_whatever_tab_is_looked_at(show: Performance) -> None:
     for second in range(8):
         show.heard.state(0, matings=second)
         show.draw(1.0)
-    samples = show.dashboard.spectator.colonies["blue"].samples
+    samples = show.dashboard.view.colonies["blue"].samples
     assert len(samples) == pytest.approx(8, abs=1)
     assert show.stage.scalars("/life/rates/matings_blue") == [[pytest.approx(60.0)]]
 
@@ -214,7 +224,7 @@ def test_no_nonsense_stops_it(data: st.DataObject) -> None:
     heard.join(0, 1)
     for _ in range(data.draw(st.integers(1, 8))):
         robot = data.draw(st.integers(0, 2))
-        match data.draw(st.sampled_from(["event", "scene", "state", "about", "go", "come"])):
+        match data.draw(st.sampled_from(["event", "scene", "state", "metadata", "go", "come"])):
             case "event":
                 event: RobotEvent = data.draw(EVENTS)
                 told_s = data.draw(st.sampled_from([None, 0.0, 9e12]))
@@ -225,7 +235,7 @@ def test_no_nonsense_stops_it(data: st.DataObject) -> None:
                 heard.scene(*bodies, packs=packs, **cast(Any, data.draw(SIZES)))
             case "state":
                 heard.state(robot, **cast(Any, data.draw(STATES)))
-            case "about":
+            case "metadata":
                 heard.about(robot, settings=data.draw(SETTINGS))
             case "go":
                 heard.go(robot)

@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
-from crcolony_dashboards.live import Presence, free_name
+from crcolony_dashboards.live import ColonyAnnouncer, free_name
 
 LOOKING, GONE = "no colony on the network yet; looking …", "nobody is there any more; looking …"
 
 
 def test_it_says_once_that_nobody_is_there_and_then_who_comes() -> None:
     """Each colony by its name."""
-    presence = Presence()
+    presence = ColonyAnnouncer()
     assert presence.changes(set(), 0.0) == [LOOKING]
     assert presence.changes(set(), 1.0) == []
     assert presence.changes({"red", "blue"}, 2.0) == ["watching blue", "watching red"]
@@ -18,7 +18,7 @@ def test_it_says_once_that_nobody_is_there_and_then_who_comes() -> None:
 
 def test_who_is_gone_for_a_moment_was_always_there() -> None:
     """Only after two seconds without anybody it looks again."""
-    presence = Presence()
+    presence = ColonyAnnouncer()
     assert presence.changes({"blue"}, 0.0) == ["watching blue"]
     assert presence.changes(set(), 1.0) == []
     assert presence.changes({"blue"}, 1.5) == []

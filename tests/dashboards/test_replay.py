@@ -14,7 +14,7 @@ from rerun.chunk import RrdReader
 from crcolony.protocol.identity import seeded
 from crcolony.recordings.past_run import PastRunError, read_run
 from crcolony.recordings.resimulation import HistoryDiffersError, Windows, resimulate
-from crcolony.recordings.telemetry_file import FILE_NAME, TelemetryError, TelemetryFile
+from crcolony.recordings.telemetry_file import TELEMETRY_FILE, TelemetryError, TelemetryFile
 from crcolony.results.generation_table import read_table
 from crcolony.world.arena import Arena
 from tests.support.runs import run
@@ -94,9 +94,9 @@ def test_what_was_recorded_is_seen_as_it_would_have_been(
     folder: Path, film: Path, tmp_path: Path
 ) -> None:
     """A telemetry file of the same colony shows the same robots at the same moments of its time."""
-    recording = TelemetryFile.open(tmp_path / "watched" / FILE_NAME)
+    recording = TelemetryFile.open(tmp_path / "watched" / TELEMETRY_FILE)
     for heard in resimulate(read_run(folder), WINDOWS):
-        recording.hear(heard)
+        recording.add(heard)
     assert recording.close() is None
     run_replay(tmp_path / "watched", None, WINDOWS)
     again = tmp_path / "watched" / REPLAY

@@ -17,19 +17,13 @@ import rerun as rr
 import rerun.blueprint as rrb
 from crcolony_dashboards import rerun_streams as stage_module
 from crcolony_dashboards.dashboard import Dashboard
-from crcolony_dashboards.rerun_streams import (
-    DashboardError,
-    Moment,
-    Stage,
-    check_port,
-    check_rerun,
-    open_live,
-)
-from crcolony_dashboards.rrd_file import Film, leave, open_film
+from crcolony_dashboards.rerun_check import DashboardError, check_port, check_rerun
+from crcolony_dashboards.rerun_streams import Moment, RerunStreams, open_live
+from crcolony_dashboards.rrd_file import RrdFile, leave, open_film
 from rerun.chunk import RrdReader
 
 from crcolony.errors import EXIT_OK
-from crcolony.telemetry.colony_monitor import Watch
+from crcolony.telemetry.colony_monitor import ColonyMonitor
 from crcolony.transport.zenoh_session import free_port
 from tests.support.fake_telemetry import T
 
@@ -42,7 +36,7 @@ def blueprint() -> rrb.Blueprint:
     return rrb.Blueprint(rrb.TextLogView(origin="/log"))
 
 
-def film(path: Path) -> Film:
+def film(path: Path) -> RrdFile:
     return open_film(path, "run", blueprint())
 
 
@@ -88,11 +82,11 @@ class TestFilm:
     def test_what_is_drawn_is_read_back(self, tmp_path: Path) -> None:
         """On all three timelines; what is static has no time."""
         path = tmp_path / "new" / "film.rrd"
-        stage = Stage(None, film(path))
-        stage.draw("/life/energy", rr.SeriesLines(names=["low", "high"]), static=True)
+        stage = RerunStreams(None, film(path))
+        stage.log("/life/energy", rr.SeriesLines(names=["low", "high"]), static=True)
         for k in range(3):
-            stage.at(Moment(T + k, 10.0 * k, 7))
-            stage.draw("/life/energy", rr.Scalars([0.25 * k, 0.5]))
+            stage.set_time(Moment(T + k, 10.0 * k, 7))
+            stage.log("/life/energy", rr.Scalars([0.25 * k, 0.5]))
         stage.close()
         static, *moments = sorted(rows(path, "/life/energy"), key=lambda row: "wall" in row)
         assert static == {"SeriesLines:names": ["low", "high"]}
@@ -109,10 +103,10 @@ class TestFilm:
     def test_it_has_the_layout_of_the_dashboard(self, tmp_path: Path) -> None:
         """And the name of its run, under which a viewer shows a live dashboard and its film as one."""
         path = tmp_path / "film.rrd"
-        dashboard = Dashboard(Watch())
+        dashboard = Dashboard(ColonyMonitor())
         made = open_film(path, "run-7", dashboard.blueprint("sim", is_live=False))
-        stage = Stage(None, made)
-        dashboard.begin(stage)
+        stage = RerunStreams(None, made)
+        dashboard.setup(stage)
         dashboard.draw(stage, T)
         stage.close()
         reader = RrdReader(path)
@@ -127,7 +121,7 @@ class TestFilm:
         """As whoever opens it was told."""
         path = tmp_path / "film.rrd"
         path.write_bytes(b"something else")
-        Stage(None, film(path)).close()
+        RerunStreams(None, film(path)).close()
         assert RrdReader(path).recordings()[0].recording_id == "run"
 
     def test_where_none_can_be_written_none_is_begun(self, tmp_path: Path) -> None:
@@ -143,10 +137,10 @@ class TestFilm:
         """Up to where it was looked after last: a dashboard that is killed leaves that behind."""
         path = tmp_path / "film.rrd"
         made = film(path)
-        stage = Stage(None, made)
-        stage.at(Moment(T, 0.0, 0))
-        stage.draw("/log/x", rr.TextLog("x"))
-        assert made.trouble() is None
+        stage = RerunStreams(None, made)
+        stage.set_time(Moment(T, 0.0, 0))
+        stage.log("/log/x", rr.TextLog("x"))
+        assert made.check() is None
         copy = shutil.copy(path, tmp_path / "copy.rrd")
         assert len(rows(Path(copy), "/log/x")) == 1
         stage.close()
@@ -166,16 +160,16 @@ class TestTrouble:
     def test_a_film_that_cannot_be_written_ends_with_one_line(self, tmp_path: Path) -> None:
         """Said once; the stage draws on for whoever looks at it now."""
         live, broken = FakeStream(), FakeStream()
-        made = Film(tmp_path / "film.rrd", broken)  # type: ignore[arg-type]
-        stage = Stage(live, made)  # type: ignore[arg-type]
-        stage.at(Moment(T, 0.0, 0))
-        stage.draw("/a", rr.TextLog("x"))
-        assert made.trouble() is None
+        made = RrdFile(tmp_path / "film.rrd", broken)  # type: ignore[arg-type]
+        stage = RerunStreams(live, made)  # type: ignore[arg-type]
+        stage.set_time(Moment(T, 0.0, 0))
+        stage.log("/a", rr.TextLog("x"))
+        assert made.check() is None
         broken.is_full = True
         why = "not recorded any more: cannot be written: the file sink has gone"
-        assert [made.trouble(), made.trouble()] == [f"{tmp_path / 'film.rrd'}: {why}", None]
-        stage.at(Moment(T + 1.0, 1.0, 0))
-        stage.draw("/b", rr.TextLog("x"))
+        assert [made.check(), made.check()] == [f"{tmp_path / 'film.rrd'}: {why}", None]
+        stage.set_time(Moment(T + 1.0, 1.0, 0))
+        stage.log("/b", rr.TextLog("x"))
         assert (live.drawn, broken.drawn) == (["/a", "/b"], ["/a"])
         stage.close()
         assert not live.is_open
@@ -187,10 +181,10 @@ class TestTrouble:
         ends: list[int] = []
         monkeypatch.setattr(os, "_exit", ends.append)
         stuck, sound = FakeStream(), FakeStream()
-        films = [Film(tmp_path / "x", stream) for stream in (stuck, sound)]  # type: ignore[arg-type]
+        films = [RrdFile(tmp_path / "x", stream) for stream in (stuck, sound)]  # type: ignore[arg-type]
         stuck.is_full = True
         for made in films:
-            made.trouble()
+            made.check()
             made.close()
         assert [made.is_stuck for made in films] == [True, False]
         leave(None)
@@ -208,13 +202,13 @@ class TestTrouble:
         """It ends before the disk is full, or when the disk has gone; what was drawn until then can be looked at."""
         path = tmp_path / "film.rrd"
         made = film(path)
-        stage = Stage(None, made)
-        stage.at(Moment(T, 0.0, 0))
-        stage.draw("/a", rr.TextLog("x"))
+        stage = RerunStreams(None, made)
+        stage.set_time(Moment(T, 0.0, 0))
+        stage.log("/a", rr.TextLog("x"))
         monkeypatch.setattr(shutil, "disk_usage", usage)
-        assert made.trouble() == f"{path}: not recorded any more: {os.strerror(number)}"
+        assert made.check() == f"{path}: not recorded any more: {os.strerror(number)}"
         monkeypatch.undo()
-        stage.draw("/a", rr.TextLog("y"))
+        stage.log("/a", rr.TextLog("y"))
         stage.close()
         assert [row["TextLog:text"] for row in rows(path, "/a")] == [["x"]]
 
@@ -249,10 +243,10 @@ class TestLive:
         assert url == f"rerun+http://127.0.0.1:{port}/proxy"
         with socket.create_connection(("127.0.0.1", port), timeout=5.0):
             pass
-        stage = Stage(live, None)
+        stage = RerunStreams(live, None)
         for k in range(100):
-            stage.at(Moment(T + k, 0.0, 0))
-            stage.draw("/a", rr.TextLog("x"))
+            stage.set_time(Moment(T + k, 0.0, 0))
+            stage.log("/a", rr.TextLog("x"))
         stage.close()
 
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import rerun as rr
 import rerun.blueprint as rrb
-from crcolony_dashboards.rerun_streams import Moment, Stage
-from crcolony_dashboards.rrd_file import open_film, put_in_order
+from crcolony_dashboards.rerun_streams import Moment, RerunStreams
+from crcolony_dashboards.rrd_file import open_film, optimize_rrd
 from rerun.chunk import RrdReader
 
 
@@ -13,14 +13,14 @@ def test_a_film_in_order_has_an_index_and_is_smaller(tmp_path: Path) -> None:
     """It can be sought in, and holds what it held."""
     path = tmp_path / "film.rrd"
     film = open_film(path, "run", rrb.Blueprint(rrb.TextLogView(origin="/log")))
-    stage = Stage(None, film)
+    stage = RerunStreams(None, film)
     for k in range(50):
-        stage.at(Moment(1.79e9 + k, 1.0 * k, 0))
-        stage.draw("/a", rr.Points2D([(k, 0.0)]))
-        assert film.trouble() is None
+        stage.set_time(Moment(1.79e9 + k, 1.0 * k, 0))
+        stage.log("/a", rr.Points2D([(k, 0.0)]))
+        assert film.check() is None
     stage.close()
     before = path.stat().st_size
-    put_in_order(path)
+    optimize_rrd(path)
     assert path.stat().st_size < before
     assert [file.name for file in tmp_path.iterdir()] == ["film.rrd"]
     assert RrdReader(path).store() is not None
@@ -32,6 +32,6 @@ def test_what_is_no_film_stays_as_it_is(tmp_path: Path) -> None:
     """Nothing is lost, and nothing is left beside it."""
     path = tmp_path / "film.rrd"
     path.write_bytes(b"no film")
-    put_in_order(path)
+    optimize_rrd(path)
     assert path.read_bytes() == b"no film"
     assert [file.name for file in tmp_path.iterdir()] == ["film.rrd"]

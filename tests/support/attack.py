@@ -14,7 +14,7 @@ import zenoh
 from zenoh.handlers import Callback
 
 from crcolony.protocol.key_expressions import ArenaKeys
-from crcolony.transport.zenoh_session import Network, open_session
+from crcolony.transport.zenoh_session import NetworkSettings, open_session
 from tests.support.process import Process
 from tests.support.process_colony import Colony, View, colony, settle
 
@@ -112,5 +112,5 @@ def siege(folder: Path) -> Iterator[Siege]:
             made.robot("--snapshot", "5")
         view = made.observer()
         settle(made, view)
-        with open_session(Network(connect=(made.endpoint,))) as session:
+        with open_session(NetworkSettings(connect=(made.endpoint,))) as session:
             yield Siege(made, view, session, folder)

@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 import rerun as rr
-from crcolony_dashboards.rerun_streams import Moment, Stage
+from crcolony_dashboards.rerun_streams import Moment, RerunStreams
 from crcolony_dashboards.tabs.palette import Colour
 from crcolony_dashboards.tabs.tab import Tab
-from crcolony_dashboards.view_model.colony_view import Spectator
+from crcolony_dashboards.view_model.colony_view import ColonyView
 
-from tests.support.fake_telemetry import Hearsay
+from tests.support.fake_telemetry import FakeTelemetry
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Drawing:
     parts: dict[str, Any]
 
 
-class RecordingStage(Stage):
+class RecordingStage(RerunStreams):
     """Remembers every drawing, and what a viewer shows now: of every part of an entity the latest.
 
     It also draws into Rerun's memory, which refuses what cannot be drawn.
@@ -36,12 +36,12 @@ class RecordingStage(Stage):
         self._moment: Moment | None = None
         self._shown: dict[str, dict[str, Any]] = {}
 
-    def at(self, moment: Moment) -> None:
-        super().at(moment)
+    def set_time(self, moment: Moment) -> None:
+        super().set_time(moment)
         self._moment = moment
 
-    def draw(self, path: str, *what: Any, static: bool = False) -> None:
-        super().draw(path, *what, static=static)
+    def log(self, path: str, *what: Any, static: bool = False) -> None:
+        super().log(path, *what, static=static)
         parts = {
             str(batch.component_descriptor().component).partition(":")[2]: batch.as_arrow_array()
             for one in what
@@ -103,15 +103,15 @@ class Show:
     """One tab, drawn on a recording stage with what is heard."""
 
     def __init__(self, tab: Tab) -> None:
-        self.tab, self.stage, self.heard = tab, RecordingStage(), Hearsay()
-        self.spectator: Spectator = self.heard.spectator
-        tab.begin(self.stage)
+        self.tab, self.stage, self.heard = tab, RecordingStage(), FakeTelemetry()
+        self.spectator: ColonyView = self.heard.spectator
+        tab.setup(self.stage)
 
     def draw(self, after_s: float = 0.0) -> RecordingStage:
         """Let time pass and the tab draw; return the stage, with what was drawn now only."""
         self.heard.pass_s(after_s)
         self.stage.forget()
         moment = self.heard.moment()
-        self.stage.at(moment)
+        self.stage.set_time(moment)
         self.tab.draw(self.stage, self.spectator, moment)
         return self.stage

@@ -1,14 +1,22 @@
-"""One robot as `explorer.py` knows it: its disk, the caller of its `Mating`, and what it must not say or decide."""
+"""One robot as `explorer.py` knows it: its disk, the caller of its `MatingStateMachine`, and what it must not say or decide."""
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 from crcolony.protocol.codec import WireError, encode
-from crcolony.protocol.encounters import Effect, Limits, Note, Offer, Record, Send, Write
-from crcolony.protocol.envelope import Letter, is_genuine, open_letter
+from crcolony.protocol.encounters import (
+    Effect,
+    EncounterRecord,
+    MatingLimits,
+    Offer,
+    OutcomeReport,
+    Send,
+    Write,
+)
+from crcolony.protocol.envelope import SignedEnvelope, has_valid_signature, open_envelope
 from crcolony.protocol.identity import Identity, RobotId, seeded
-from crcolony.protocol.mating import Mating
+from crcolony.protocol.mating import MatingStateMachine
 from crcolony.protocol.mating_messages import (
     Abort,
     Accept,
@@ -35,7 +43,7 @@ Kind = Literal[
 
 COLONY = "explored"
 SCHEMA = bytes(16)
-LIMITS = Limits(
+LIMITS = MatingLimits(
     contact_s=1e6, patience_s=1.0, propose_s=1e6, retry_s=1e6, doubt_s=1e6, longest_retry_s=1e6,
     orphan_s=1e6,
 )  # fmt: skip
@@ -60,10 +68,10 @@ class Disk:
     """What a crash leaves of a robot: its life, its latest record of every encounter, and its decisions to mate."""
 
     life: int = 0
-    records: frozenset[Record] = frozenset()
+    records: frozenset[EncounterRecord] = frozenset()
     decisions: frozenset[Encounter] = frozenset()
 
-    def find(self, encounter: Encounter) -> Record | None:
+    def find(self, encounter: Encounter) -> EncounterRecord | None:
         """Return the latest record of an encounter."""
         return next((r for r in self.records if r.encounter == encounter), None)
 
@@ -77,21 +85,21 @@ class Disk:
 class Decide:
     """An effect of sabotaged callers only: decide about offspring, outside the write's transaction."""
 
-    record: Record
+    record: EncounterRecord
 
 
 class Caller:
-    """The part of a robot around its `Mating`, done right; sabotaged variants override it."""
+    """The part of a robot around its `MatingStateMachine`, done right; sabotaged variants override it."""
 
-    mating = Mating
+    mating = MatingStateMachine
     decides_apart = False
 
-    def start(self, me: RobotId, disk: Disk) -> tuple[Disk, Mating]:
+    def start(self, me: RobotId, disk: Disk) -> tuple[Disk, MatingStateMachine]:
         """A process begins: a new life is on disk before anything is said, then what is open is taken up."""
         disk = replace(disk, life=disk.life + 1)
         return disk, self.restored(me, disk)
 
-    def restored(self, me: RobotId, disk: Disk) -> Mating:
+    def restored(self, me: RobotId, disk: Disk) -> MatingStateMachine:
         """Return the mating that goes on from a disk."""
         mating = self.mating(me, disk.life, SCHEMA, LIMITS)
         # In an order that does not depend on the hashes of bytes, so that every run visits the same states.
@@ -99,41 +107,41 @@ class Caller:
         mating.restore(NOW_S, open_records, marks(disk))
         return mating
 
-    def is_open(self, record: Record) -> bool:
+    def is_open(self, record: EncounterRecord) -> bool:
         """Tell whether a record on disk still waits for the partner."""
         return record.waits
 
-    def hear(self, mating: Mating, data: bytes) -> list[Effect]:
+    def hear(self, mating: MatingStateMachine, data: bytes) -> list[Effect]:
         """A letter comes in."""
         try:
-            letter, message = open_letter(data)
+            letter, message = open_envelope(data)
         except WireError:
             return []
-        if not mating.expects(message) or not self.is_genuine(letter):
+        if not mating.expects(message) or not self.has_valid_signature(letter):
             return []
-        return mating.receive(NOW_S, message, data)
+        return mating.handle_message(NOW_S, message, data)
 
-    def is_genuine(self, letter: Letter) -> bool:
+    def has_valid_signature(self, letter: SignedEnvelope) -> bool:
         """Tell whether its sender signed a letter."""
-        return is_genuine(letter, COLONY)
+        return has_valid_signature(letter, COLONY)
 
     def in_order(self, effects: Sequence[Effect]) -> Sequence[Effect | Decide]:
         """Return effects in the order in which they are carried out."""
         return effects
 
-    def refused(self, mating: Mating, write: Write) -> list[Effect]:
+    def refused(self, mating: MatingStateMachine, write: Write) -> list[Effect]:
         """The disk did not take a write."""
-        return mating.undo(NOW_S, write)
+        return mating.rollback(NOW_S, write)
 
 
-def _place(record: Record) -> tuple[tuple[int, int], RobotId, RobotId]:
+def _place(record: EncounterRecord) -> tuple[tuple[int, int], RobotId, RobotId]:
     encounter = record.encounter
     return encounter.number, encounter.initiator, encounter.responder
 
 
 def marks(disk: Disk) -> dict[RobotId, tuple[tuple[int, int], bool]]:
     """Return what a robot as a responder knows of every initiator: its last number, and whether that one mated."""
-    last: dict[RobotId, Record] = {}
+    last: dict[RobotId, EncounterRecord] = {}
     for record in disk.records:
         peer, number = record.encounter.initiator, record.encounter.number
         if record.role == "responder" and (
@@ -171,7 +179,7 @@ class Node(NamedTuple):
     """One robot in one situation."""
 
     robot: int
-    mating: Mating
+    mating: MatingStateMachine
     disk: Disk
     told: tuple[int, ...]
     """The nonces of all contacts that its body reported"""
@@ -183,7 +191,7 @@ class SentEnvelope(NamedTuple):
     to: int
     data: bytes
     message: MatingMessage
-    is_genuine: bool
+    has_valid_signature: bool
 
 
 def is_founded(disk: Disk, message: MatingMessage) -> bool:
@@ -192,7 +200,7 @@ def is_founded(disk: Disk, message: MatingMessage) -> bool:
     state = record.state if record else ""
     match message:
         case Propose():
-            return message.encounter.life == disk.life
+            return message.encounter.incarnation == disk.life
         case Accept(agent=agent, genes=genes):
             return state == "prepared" and record is not None and record.own == Offer(agent, genes)
         case Refuse():
@@ -214,13 +222,13 @@ def offers(node: Node, nonce: int) -> list[Offer]:
 def forge(message: MatingMessage, owner: Identity) -> bytes:
     content = encode(message)
     signature = FORGER.sign(content)
-    return encode(Letter(content, owner.public_key, signature))
+    return encode(SignedEnvelope(content, owner.public_key, signature))
 
 
-def snapshot(mating: Mating) -> Hashable:
+def snapshot(mating: MatingStateMachine) -> Hashable:
     """Return all of a mating that is not a time."""
     return (
-        mating.life,
+        mating.incarnation,
         mating._count,
         tuple((peer, c.nonce, c.own, c.tick) for peer, c in mating._contacts.items()),
         tuple((waiting.record, waiting.doubted) for waiting in mating._open.values()),
@@ -252,7 +260,7 @@ def disagreement(initiator: Node, responder: Node) -> Violation | None:
 
 def named(encounter: Encounter) -> str:
     names = NAMES[encounter.initiator], NAMES[encounter.responder]
-    return f"{names[0]}{names[1]}{encounter.life}.{encounter.count}"
+    return f"{names[0]}{names[1]}{encounter.incarnation}.{encounter.count}"
 
 
 def spell(message: MatingMessage) -> str:
@@ -270,7 +278,7 @@ def spell_effect(effect: Effect | Decide) -> str:
             )
         case Send():
             return f"says {spell(effect.message)}"
-        case Note():
+        case OutcomeReport():
             return f"notes {effect.outcome}"
         case Decide():
             return f"decides {named(effect.record.encounter)}"

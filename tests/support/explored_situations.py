@@ -1,13 +1,13 @@
-"""What any event does to one robot in any situation, worked out once by the real `Mating` and remembered."""
+"""What any event does to one robot in any situation, worked out once by the real `MatingStateMachine` and remembered."""
 
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import replace
 from itertools import chain
 from operator import methodcaller
 
-from crcolony.protocol.encounters import Effect, Note, Offer, Record, Send, Write
-from crcolony.protocol.envelope import seal
-from crcolony.protocol.mating import Mating
+from crcolony.protocol.encounters import Effect, EncounterRecord, Offer, OutcomeReport, Send, Write
+from crcolony.protocol.envelope import sign_message
+from crcolony.protocol.mating import MatingStateMachine
 from crcolony.protocol.mating_messages import (
     BY_INITIATOR,
     Abort,
@@ -86,10 +86,10 @@ class Situations:
         found = self._heard.get((node, letter))
         if found is None:
             said = self.letters[letter]
-            forged = "" if said.is_genuine else "a forged "
+            forged = "" if said.has_valid_signature else "a forged "
             words = f"hears {forged}{spell(said.message)}"
             found = self._outcomes(node, words, lambda m: self._caller.hear(m, said.data))
-            if not said.is_genuine:
+            if not said.has_valid_signature:
                 found = [self._judge_forgery(node, outcome) for outcome in found]
             self._heard[node, letter] = found
         return found
@@ -106,7 +106,7 @@ class Situations:
         if number in self._own_moves:
             return self._own_moves[number]
         node = self.nodes[number]
-        events: list[tuple[str, Callable[[Mating], list[Effect]]]] = []
+        events: list[tuple[str, Callable[[MatingStateMachine], list[Effect]]]] = []
         for record in node.mating.open:
             e = record.encounter
             events.append((f"reminds of {named(e)}", methodcaller("remind", NOW_S, e)))
@@ -115,10 +115,13 @@ class Situations:
             who = NAMES[peer]
             if peer != node.mating.me:
                 events.append(
-                    (f"is told that {who} is gone", methodcaller("partner_is_gone", NOW_S, peer))
+                    (
+                        f"is told that {who} is gone",
+                        methodcaller("handle_peer_offline", NOW_S, peer),
+                    )
                 )
                 events.append(
-                    (f"is told that {who} is back", methodcaller("partner_is_back", NOW_S, peer))
+                    (f"is told that {who} is back", methodcaller("handle_peer_online", NOW_S, peer))
                 )
         events.append(("loses patience", methodcaller("tick", PATIENCE_OVER_S)))
         found = list(
@@ -153,7 +156,7 @@ class Situations:
         self,
         number: int,
         words: str,
-        event: Callable[[Mating], list[Effect]],
+        event: Callable[[MatingStateMachine], list[Effect]],
         node: Node | None = None,
     ) -> list[Outcome]:
         """Return what an event does: as it should, with a crash between any two effects, with a write refused."""
@@ -164,7 +167,9 @@ class Situations:
         except Exception as error:
             violation = Violation("error", f"{type(error).__name__}: {error}")
             return [Outcome(number, 0, 0, 0, 0, self._tell(node, words), violation)]
-        plans: list[tuple[Mating, list[Effect | Decide], int, str]] = [(mating, effects, 0, words)]
+        plans: list[tuple[MatingStateMachine, list[Effect | Decide], int, str]] = [
+            (mating, effects, 0, words)
+        ]
         for k, effect in enumerate(effects):
             if isinstance(effect, Write) and self._bounds.refusals:
                 undone = mating.copy()
@@ -226,11 +231,11 @@ class Situations:
                     if not is_founded(disk, effect.message):
                         self._fail("said too early", f"{spell(effect.message)} is not on disk")
                     said |= self._say(node, effect)
-                case Note():
+                case OutcomeReport():
                     pass
         return disk, said
 
-    def _decide(self, node: Node, disk: Disk, record: Record) -> Disk:
+    def _decide(self, node: Node, disk: Disk, record: EncounterRecord) -> Disk:
         """Check promises 2 and 3 at the moment at which a robot decides about offspring."""
         label = named(record.encounter)
         nonces = [r.nonce for r in disk.records if r.encounter in disk.decisions]
@@ -240,7 +245,7 @@ class Situations:
             self._fail("decided twice", f"{NAMES[node.mating.me]} for nonce {record.nonce}")
         number = self._letter_of.get(record.proof)
         proof = self.letters[number] if number is not None else None
-        if proof is None or not proof.is_genuine:
+        if proof is None or not proof.has_valid_signature:
             self._fail("forged", f"{label} has no proof")
         elif not isinstance(proof.message, Propose | Accept):
             self._fail("wrong genes", f"{label} is proved by {spell(proof.message)}")
@@ -277,14 +282,14 @@ class Situations:
         if message not in self._said_of:
             if send.to != receiver_of(message) or node.mating.me == send.to:
                 self._fail("error", f"{spell(message)} is sent to {NAMES.get(send.to)}")
-            data = seal(message, COLONY, KEYS[node.robot])
-            self._said_of[message] = 1 << self._post(message, data, is_genuine=True)
+            data = sign_message(message, COLONY, KEYS[node.robot])
+            self._said_of[message] = 1 << self._post(message, data, has_valid_signature=True)
         return self._said_of[message]
 
-    def _post(self, message: MatingMessage, data: bytes, is_genuine: bool) -> int:
+    def _post(self, message: MatingMessage, data: bytes, has_valid_signature: bool) -> int:
         to = [key.id for key in KEYS].index(receiver_of(message))
         number = len(self.letters)
-        self.letters.append(SentEnvelope(to, data, message, is_genuine))
+        self.letters.append(SentEnvelope(to, data, message, has_valid_signature))
         self._letter_of[data] = number
         self.to[to] |= 1 << number
         return number
@@ -299,9 +304,11 @@ class Situations:
                 accept = Accept(e, 1, SCHEMA, "forged", genes)
                 for message in (propose, accept, Refuse(e, "busy"), Commit(e), Abort(e), Done(e)):
                     owner = KEYS[a if isinstance(message, BY_INITIATOR) else b]
-                    said |= 1 << self._post(message, forge(message, owner), is_genuine=False)
-                stolen = seal(propose, "another", KEYS[a])
-                said |= 1 << self._post(propose, stolen, is_genuine=False)
+                    said |= 1 << self._post(
+                        message, forge(message, owner), has_valid_signature=False
+                    )
+                stolen = sign_message(propose, "another", KEYS[a])
+                said |= 1 << self._post(propose, stolen, has_valid_signature=False)
         return said
 
     def _intern(self, node: Node) -> int:

@@ -7,43 +7,43 @@ from typing import Any
 import msgspec
 import numpy as np
 from crcolony_dashboards.rerun_streams import Moment
-from crcolony_dashboards.view_model.colony_view import Spectator
+from crcolony_dashboards.view_model.colony_view import ColonyView
 
 from crcolony.body.settings import CyberRodent
 from crcolony.evolution.history import Born, Lived
-from crcolony.nodes.reported_settings import settings_text
+from crcolony.nodes.reported_settings import settings_as_json
 from crcolony.protocol.codec import Message, encode
 from crcolony.protocol.identity import RobotId, seeded
 from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
 from crcolony.protocol.mating_messages import Encounter
 from crcolony.protocol.telemetry_messages import (
-    ARENA_SETTINGS,
-    ROBOT_SETTINGS,
-    AboutArena,
-    AboutRobot,
+    MAX_ARENA_SETTINGS,
+    MAX_ROBOT_SETTINGS,
+    ArenaMetadata,
+    EventMessage,
     Exchanged,
     Met,
     RobotEvent,
+    RobotMetadata,
+    RobotState,
     Scene,
-    SeenPack,
-    SeenRobot,
-    State,
-    Told,
+    ScenePack,
+    SceneRobot,
 )
 from crcolony.robot.genes import agent_schema
 from crcolony.robot.settings import Heredity, Learning
-from crcolony.telemetry.colony_monitor import Heard, Kind, Watch
+from crcolony.telemetry.colony_monitor import ColonyMonitor, SampleKind, TelemetrySample
 from crcolony.telemetry.presence import FORGET_S
-from crcolony.world.settings import Arena
+from crcolony.world.settings import ArenaSettings
 from tests.vectors.make import TELEMETRY
 
 IDS = [seeded("test", 1, number).id for number in range(60)]
 T = 1_790_000_000.0
 """Unix seconds"""
-SETTINGS = settings_text(
-    {"body": CyberRodent(), "learning": Learning(), "heredity": Heredity()}, ROBOT_SETTINGS
+SETTINGS = settings_as_json(
+    {"body": CyberRodent(), "learning": Learning(), "heredity": Heredity()}, MAX_ROBOT_SETTINGS
 )
-NATURE = settings_text({"arena": Arena(), "body": CyberRodent()}, ARENA_SETTINGS)
+NATURE = settings_as_json({"arena": ArenaSettings(), "body": CyberRodent()}, MAX_ARENA_SETTINGS)
 SCHEMA = agent_schema(Learning(), Heredity())
 
 Where = tuple[int, float, float] | tuple[int, float, float, float]
@@ -76,20 +76,22 @@ def met(other: int) -> Met:
     return Met(70, IDS[other], "somebody/0")
 
 
-class Hearsay:
+class FakeTelemetry:
     """What is heard of colonies, through a real watch; `at_s` is when."""
 
-    def __init__(self, spectator: Spectator | None = None) -> None:
-        self.spectator = spectator or Spectator(Watch())
-        self.watch = self.spectator.watch
+    def __init__(self, spectator: ColonyView | None = None) -> None:
+        self.spectator = spectator or ColonyView(ColonyMonitor())
+        self.watch = self.spectator.monitor
         self.at_s = T
         self._told = Counter[RobotId]()
         self._scenes = 0
 
-    def hear(self, kind: Kind, key: str, message: Message | bytes = b"") -> None:
+    def hear(self, kind: SampleKind, key: str, message: Message | bytes = b"") -> None:
         data = message if isinstance(message, bytes) else encode(message)
-        for news in self.watch.take(Heard(kind, key, data, round(1000.0 * self.at_s))):
-            self.spectator.take(news, self.at_s)
+        for news in self.watch.handle_sample(
+            TelemetrySample(kind, key, data, round(1000.0 * self.at_s))
+        ):
+            self.spectator.handle_change(news, self.at_s)
 
     def come(self, *robots: int, colony: str = "blue", life: int = 3) -> None:
         for robot in robots:
@@ -103,7 +105,7 @@ class Hearsay:
         for robot in robots:
             told: dict[str, Any] = {"robot": IDS[robot], "number": robot, "seq": 0, **changes}
             state = TELEMETRY["state"]
-            assert isinstance(state, State)
+            assert isinstance(state, RobotState)
             key = ColonyKeys(colony).state(IDS[robot])
             self.hear("state", key, msgspec.structs.replace(state, **told))
 
@@ -120,7 +122,7 @@ class Hearsay:
             who = IDS[robot]
             self._told[who] += 1
             unix_ms = round(1000.0 * (self.at_s if told_s is None else told_s))
-            told = Told(who, 3, self._told[who], unix_ms, event)
+            told = EventMessage(who, 3, self._told[who], unix_ms, event)
             self.hear("event", ColonyKeys(colony).event(who), told)
 
     def about(
@@ -130,12 +132,12 @@ class Hearsay:
         colony: str = "blue",
         settings: str = SETTINGS,
     ) -> None:
-        about = AboutRobot(IDS[robot], 3, settings, [IDS[peer] for peer in peers])
-        self.hear("about", ColonyKeys(colony).about(IDS[robot]), about)
+        about = RobotMetadata(IDS[robot], 3, settings, [IDS[peer] for peer in peers])
+        self.hear("metadata", ColonyKeys(colony).metadata(IDS[robot]), about)
 
     def about_arena(self, name: str = "lab", settings: str = NATURE) -> None:
         self.hear("alive", ArenaKeys(name).alive(7, "a"))
-        self.hear("about", ArenaKeys(name).about, AboutArena(name, 7, settings))
+        self.hear("metadata", ArenaKeys(name).metadata, ArenaMetadata(name, 7, settings))
 
     def scene(
         self,
@@ -147,22 +149,22 @@ class Hearsay:
         """Let an arena tell where robots and packs (with their charge) are."""
         self._scenes += 1
         bodies = [_body(*where) for where in robots]
-        seen = [SeenPack(x_m, y_m, 0.0, 1.0, 0.0, charge) for x_m, y_m, charge in packs]
+        seen = [ScenePack(x_m, y_m, 0.0, 1.0, 0.0, charge) for x_m, y_m, charge in packs]
         scene = Scene(arena, 7, self._scenes, 1000, 7, 0.2, 2.0, 2.0, bodies, seen)
         self.hear("scene", ArenaKeys(arena).scene, msgspec.structs.replace(scene, **changes))
 
     def pass_s(self, seconds: float) -> None:
         """Let time pass, and the spectator look."""
         self.at_s += seconds
-        self.spectator.look(self.at_s)
+        self.spectator.refresh(self.at_s)
 
     def forget_absent(self) -> None:
         """Let everybody be forgotten who has no token, arenas too: as if they had been silent for long."""
-        self.watch.let_time_pass(self.at_s + FORGET_S + 1.0)
+        self.watch.handle_timeouts(self.at_s + FORGET_S + 1.0)
 
     def moment(self) -> Moment:
         return Moment(self.at_s, self.spectator.sim_s() or 0.0, self.spectator.generation())
 
 
-def _body(robot: int, x_m: float, y_m: float, heading_rad: float = 0.0) -> SeenRobot:
-    return SeenRobot(IDS[robot], "blue", x_m, y_m, heading_rad, False, 0.0, 0.0, 0.0, False)
+def _body(robot: int, x_m: float, y_m: float, heading_rad: float = 0.0) -> SceneRobot:
+    return SceneRobot(IDS[robot], "blue", x_m, y_m, heading_rad, False, 0.0, 0.0, 0.0, False)

@@ -18,14 +18,14 @@ from zenoh.handlers import Callback
 from crcolony.body.contract import OBSERVATION_WIDTH
 from crcolony.config import Config
 from crcolony.protocol.body_messages import Join, Observation, decode_observation, pack_row
-from crcolony.protocol.codec import LETTER_BYTES, WireError, encode
-from crcolony.protocol.envelope import Letter, open_letter, seal
+from crcolony.protocol.codec import MAX_ENVELOPE_BYTES, WireError, encode
+from crcolony.protocol.envelope import SignedEnvelope, open_envelope, sign_message
 from crcolony.protocol.identity import Identity, robot_id
 from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
 from crcolony.protocol.mating_messages import Accept, Commit, Encounter, MatingMessage, Propose
-from crcolony.protocol.telemetry_messages import Ask, State
+from crcolony.protocol.telemetry_messages import HistoryRequest, RobotState
 from crcolony.robot.genes import agent_schema
-from crcolony.transport.zenoh_session import Network, open_session
+from crcolony.transport.zenoh_session import NetworkSettings, open_session
 
 COLONY, ARENA = "colony", "arena"
 SCHEMA = agent_schema(Config().learning, Config().heredity)
@@ -51,12 +51,12 @@ class Hostile:
         self.seen: dict[bytes, Observation] = {}
         self.colony, self.arena = ColonyKeys(COLONY), ArenaKeys(ARENA)
         self._publishers: dict[str, zenoh.Publisher] = {}
-        self.session = open_session(Network(connect=(endpoint,)))
+        self.session = open_session(NetworkSettings(connect=(endpoint,)))
         self._subscribers = [
             self.session.declare_subscriber(key, Callback(take(robot), indirect=False))
             for robot in robots
             for key, take in (
-                (self.colony.mail(robot), self._overhear),
+                (self.colony.inbox(robot), self._overhear),
                 (self.arena.observation(robot), self._spy),
             )
         ]
@@ -65,7 +65,7 @@ class Hostile:
         def take(sample: zenoh.Sample) -> None:
             data = sample.payload.to_bytes()
             try:
-                letter, message = open_letter(data)
+                letter, message = open_envelope(data)
             except WireError:
                 return
             sender = robot_id(letter.key)
@@ -101,7 +101,7 @@ class Hostile:
 
     def post(self, letter: bytes, to: bytes | None = None) -> None:
         """Send a letter to a robot, or to any."""
-        self.put(self.colony.mail(to or self.victim()), letter)
+        self.put(self.colony.inbox(to or self.victim()), letter)
 
     def ask(self, key: str, question: bytes) -> None:
         """Ask, and do not listen."""
@@ -134,14 +134,14 @@ class Hostile:
 
 def oversized(peer: Hostile) -> Callable[[], None]:
     """Letters, observations and questions of one byte too many, up to what Zenoh itself refuses."""
-    sizes = (LETTER_BYTES + 1, 200_000, 500_000, 2_000_000)
+    sizes = (MAX_ENVELOPE_BYTES + 1, 200_000, 500_000, 2_000_000)
     contents = [peer.chance.randbytes(size) for size in sizes]
 
     def shoot() -> None:
         robot, content = peer.victim(), peer.chance.choice(contents)
         peer.post(content, robot)
         peer.put(peer.arena.observation(robot), content)
-        peer.ask(peer.colony.past(robot), content)
+        peer.ask(peer.colony.history(robot), content)
 
     return shoot
 
@@ -177,7 +177,7 @@ def unfit(peer: Hostile) -> Callable[[], None]:
             (1, 1, 3)
         )
         robot = peer.victim()
-        peer.post(seal(peer.proposal(peer.me.id, robot, packed), COLONY, peer.me), robot)
+        peer.post(sign_message(peer.proposal(peer.me.id, robot, packed), COLONY, peer.me), robot)
 
     return shoot
 
@@ -200,9 +200,9 @@ def impostor(peer: Hostile) -> Callable[[], None]:
             is_answer = isinstance(message, Accept)
             to = encounter.initiator if is_answer else encounter.responder
             by = encounter.responder if is_answer else encounter.initiator
-            peer.post(seal(message, COLONY, peer.me), to)
+            peer.post(sign_message(message, COLONY, peer.me), to)
             signature = peer.chance.randbytes(64)
-            peer.post(encode(Letter(encode(message), peer.keys[by], signature)), to)
+            peer.post(encode(SignedEnvelope(encode(message), peer.keys[by], signature)), to)
 
     return shoot
 
@@ -227,7 +227,7 @@ def stale(peer: Hostile) -> Callable[[], None]:
         peer.post(letter, receiver)
         robot = peer.victim()
         genes = peer.genes().tobytes()
-        peer.post(seal(peer.proposal(peer.me.id, robot, genes), COLONY, peer.me), robot)
+        peer.post(sign_message(peer.proposal(peer.me.id, robot, genes), COLONY, peer.me), robot)
 
     return shoot
 
@@ -239,7 +239,7 @@ def flood(peer: Hostile) -> Callable[[], None]:
     for identity in crowd:
         robot = peer.victim()
         proposal = peer.proposal(identity.id, robot, peer.genes().tobytes())
-        letters.append((robot, seal(proposal, COLONY, identity)))
+        letters.append((robot, sign_message(proposal, COLONY, identity)))
     around = itertools.cycle(letters)
 
     def shoot() -> None:
@@ -267,9 +267,9 @@ def questions(peer: Hostile) -> Callable[[], None]:
     def shoot() -> None:
         robot = peer.victim()
         _, _, message = peer.letter()
-        lives[message.encounter.initiator] = message.encounter.life
-        peer.ask(peer.colony.past(robot), encode(Ask(lives.get(robot, 0), 1)))
-        peer.ask(peer.colony.past(robot), peer.chance.randbytes(20))
+        lives[message.encounter.initiator] = message.encounter.incarnation
+        peer.ask(peer.colony.history(robot), encode(HistoryRequest(lives.get(robot, 0), 1)))
+        peer.ask(peer.colony.history(robot), peer.chance.randbytes(20))
 
     return shoot
 
@@ -285,8 +285,8 @@ def observations(peer: Hostile) -> Callable[[], None]:
         nothing = pack_row(np.full(OBSERVATION_WIDTH, np.nan))
         forged = (
             encode(Observation(other, seen.tick + 5, pack_row(row), None)),
-            encode(Observation(seen.world, max(0, seen.tick - 10), pack_row(row), None)),
-            encode(Observation(seen.world, seen.tick + 5, nothing, None)),
+            encode(Observation(seen.arena_run, max(0, seen.tick - 10), pack_row(row), None)),
+            encode(Observation(seen.arena_run, seen.tick + 5, nothing, None)),
             peer.chance.randbytes(200),
         )
         peer.put(peer.arena.observation(robot), peer.chance.choice(forged))
@@ -298,7 +298,9 @@ def future(peer: Hostile) -> Callable[[], None]:
     """One observation of the right world, but of a tick that will never be."""
     robot = peer.robots[0]
     seen = peer.seen[robot]
-    peer.put(peer.arena.observation(robot), encode(Observation(seen.world, 2**52, seen.row, None)))
+    peer.put(
+        peer.arena.observation(robot), encode(Observation(seen.arena_run, 2**52, seen.row, None))
+    )
     return lambda: None
 
 
@@ -307,7 +309,7 @@ def telemetry(peer: Hostile) -> Callable[[], None]:
 
     def shoot() -> None:
         robot = peer.chance.choice((peer.victim(), peer.chance.randbytes(16)))
-        lie = State(
+        lie = RobotState(
             robot, 0, ARENA, 2**32 - 1, 2**50, 0, 1, 2**50, "x", 0.5, 0, 2**50, 2**50, 0, 0, 0, 0,
             0, 0, 0, 0, 0, 0.0,
         )  # fmt: skip

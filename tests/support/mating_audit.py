@@ -7,8 +7,8 @@ from pathlib import Path
 
 from crcolony.evolution.history import Born, TurnedOver
 from crcolony.protocol.mating_messages import pack_genes
-from crcolony.results.merge_histories import chronicle_of
-from crcolony.storage.reading import Memory, read_memory
+from crcolony.results.merged_history import merge_robots
+from crcolony.storage.reading import StoredRobot, read_stored_robot
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ def check_ledger(paths: Sequence[Path], *, is_calm: bool = True) -> Ledger:
     or was there at a turnover. Robots that were not calm may have been stopped in the middle of a mating: then it is
     open on both disks, or on one and done on the other, and goes on when they come back.
     """
-    memories = [read_memory(path) for path in paths]
+    memories = [read_stored_robot(path) for path in paths]
     records = {
         (memory.robot, record.encounter): record
         for memory in memories
@@ -37,7 +37,7 @@ def check_ledger(paths: Sequence[Path], *, is_calm: bool = True) -> Ledger:
     }
     waiting = {key for key, record in records.items() if record.state in ("decided", "prepared")}
     assert not (is_calm and waiting), "an encounter is open"
-    for side in chronicle_of(memories).one_sided:
+    for side in merge_robots(memories).one_sided:
         assert (side.record.peer, side.record.encounter) in waiting, "a mating has one side only"
     total: Counter[str] = Counter()
     for memory in memories:
@@ -56,7 +56,7 @@ def check_ledger(paths: Sequence[Path], *, is_calm: bool = True) -> Ledger:
     return Ledger(total["decided"] // 2, total["conceptions"], total["aborted"], total["turnovers"])
 
 
-def _check_conceptions(memory: Memory) -> int:
+def _check_conceptions(memory: StoredRobot) -> int:
     """Check that a robot's offspring are those it conceived, no more and no less; return how many."""
     children = [choice.child for _, choice in memory.matings if choice and choice.conceived]
     pools = [event.offspring for event in memory.events if isinstance(event, TurnedOver)]

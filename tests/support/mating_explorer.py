@@ -30,7 +30,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import get_args
 
-from crcolony.protocol.encounters import Record
+from crcolony.protocol.encounters import EncounterRecord
 from tests.support.explored_robot import (
     NAMES,
     Bounds,
@@ -187,7 +187,7 @@ class Explorer:
         return None if "left open" in self._ignored else Violation("left open", text)
 
     def _exchange(
-        self, now: list[int], robot: int, record: Record, is_time_up: bool
+        self, now: list[int], robot: int, record: EncounterRecord, is_time_up: bool
     ) -> Violation | None:
         """One robot reminds of an encounter (or gives a proposal up), and all that is then said is heard."""
         mating = self._robots.nodes[now[robot]].mating

@@ -15,8 +15,13 @@ from zenoh.handlers import Callback
 from crcolony.protocol import key_expressions
 from crcolony.protocol.codec import WireError
 from crcolony.protocol.key_expressions import ColonyKeys
-from crcolony.protocol.telemetry_messages import State, Told, decode_state, decode_told
-from crcolony.transport.zenoh_session import Network, open_session
+from crcolony.protocol.telemetry_messages import (
+    EventMessage,
+    RobotState,
+    decode_event,
+    decode_state,
+)
+from crcolony.transport.zenoh_session import NetworkSettings, open_session
 
 
 class Token(msgspec.Struct, tag=True):
@@ -33,17 +38,17 @@ class Stated(msgspec.Struct, tag=True):
     """A robot's telemetry."""
 
     at_s: float
-    state: State
+    state: RobotState
 
 
-class Happened(msgspec.Struct, tag=True):
+class EventReceived(msgspec.Struct, tag=True):
     """An event of a robot."""
 
     at_s: float
-    told: Told
+    message: EventMessage
 
 
-Line = Token | Stated | Happened
+Line = Token | Stated | EventReceived
 
 
 def main() -> None:
@@ -56,10 +61,13 @@ def main() -> None:
 
     def on_token(sample: zenoh.Sample) -> None:
         there, key = sample.kind == zenoh.SampleKind.PUT, str(sample.key_expr)
-        robot, arena = key_expressions.robot_token(key), key_expressions.arena_token(key)
+        robot, arena = (
+            key_expressions.parse_robot_token(key),
+            key_expressions.parse_arena_token(key),
+        )
         if robot is not None:
             name = robot.robot.hex()
-            heard.put(Token(time.monotonic(), name, robot.life, robot.session, there))
+            heard.put(Token(time.monotonic(), name, robot.incarnation, robot.session, there))
         elif arena is not None:
             heard.put(Token(time.monotonic(), "", 0, arena.session, there))
 
@@ -68,9 +76,9 @@ def main() -> None:
             heard.put(Stated(time.monotonic(), decode_state(sample.payload.to_bytes())))
 
     def on_event(sample: zenoh.Sample) -> None:
-        heard.put(Happened(time.monotonic(), decode_told(sample.payload.to_bytes())))
+        heard.put(EventReceived(time.monotonic(), decode_event(sample.payload.to_bytes())))
 
-    network = Network(connect=tuple(options.connect), interface=options.interface)
+    network = NetworkSettings(connect=tuple(options.connect), interface=options.interface)
     of = ColonyKeys("*")
     with open_session(network) as session:
         live = session.liveliness()

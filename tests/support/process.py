@@ -113,7 +113,7 @@ class Robot(Process):
 
     @property
     def memory(self) -> Path:
-        return self.folder / "memory.sqlite"
+        return self.folder / "robot.sqlite"
 
     @property
     def has_body(self) -> bool:

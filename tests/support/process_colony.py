@@ -13,11 +13,11 @@ from typing import TypeVar
 import msgspec
 import psutil
 
-from crcolony.protocol.encounters import Limits
+from crcolony.protocol.encounters import MatingLimits
 from crcolony.protocol.mating_messages import Encounter
-from crcolony.protocol.telemetry_messages import Exchanged, State
+from crcolony.protocol.telemetry_messages import Exchanged, RobotState
 from crcolony.transport.zenoh_session import free_port
-from tests.support.observer import Happened, Line, Stated, Token
+from tests.support.observer import EventReceived, Line, Stated, Token
 from tests.support.paths import ROOT
 from tests.support.process import Process, Robot, wait_until
 
@@ -55,7 +55,7 @@ def settings(*more: str) -> list[str]:
     return [word for setting in (*BUSY, *more) for word in ("--set", setting)]
 
 
-Kind = TypeVar("Kind", Token, Stated, Happened)
+Kind = TypeVar("Kind", Token, Stated, EventReceived)
 
 
 @dataclass
@@ -64,7 +64,7 @@ class View:
 
     process: Process
     lines: list[Line] = field(default_factory=list)
-    states: dict[bytes, State] = field(default_factory=dict)
+    states: dict[bytes, RobotState] = field(default_factory=dict)
     lives: dict[bytes, list[int]] = field(default_factory=dict)
     """Of every robot, its lives as tokens told them, in order"""
     matings: Counter[bytes] = field(default_factory=Counter)
@@ -93,8 +93,8 @@ class View:
                     lives.append(life)
             case Stated(state=state):
                 self.states[state.robot] = state
-            case Happened(told=told) if isinstance(told.event, Exchanged):
-                self.matings[told.robot] += 1
+            case EventReceived(message=message) if isinstance(message.event, Exchanged):
+                self.matings[message.robot] += 1
 
     def all(self, kind: type[Kind], since: int = 0) -> list[Kind]:
         """Return the lines of one kind, from the given line on."""
@@ -103,9 +103,9 @@ class View:
     def exchanges(self, since: int = 0) -> list[tuple[bytes, Encounter]]:
         """Return who has told of which mating, from the given line on."""
         return [
-            (line.told.robot, line.told.event.encounter)
-            for line in self.all(Happened, since)
-            if isinstance(line.told.event, Exchanged)
+            (line.message.robot, line.message.event.encounter)
+            for line in self.all(EventReceived, since)
+            if isinstance(line.message.event, Exchanged)
         ]
 
     def is_alive(self, robot: bytes) -> bool:
@@ -116,7 +116,7 @@ class View:
         """Return who is on the network; arenas are not in it."""
         return {bytes.fromhex(name) for name, _, _ in self.update()._alive if name}
 
-    def fresh(self, robots: Sequence[bytes], since_unix_s: float = 0.0) -> list[State]:
+    def fresh(self, robots: Sequence[bytes], since_unix_s: float = 0.0) -> list[RobotState]:
         """Return what these robots have told of themselves just now, and not before the given time."""
         self.update()
         since_ms = 1000.0 * max(time.time() - 1.5, since_unix_s)
@@ -236,7 +236,7 @@ class Colony:
 
         def is_calm() -> bool:
             states = view.fresh(self.ids)
-            is_over = time.monotonic() > stopped_s + Limits().contact_s + 1.5
+            is_over = time.monotonic() > stopped_s + MatingLimits().contact_s + 1.5
             return (
                 is_over and len(states) == len(self.robots) and not any(s.waiting for s in states)
             )

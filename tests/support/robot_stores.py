@@ -10,23 +10,23 @@ from typing import Any
 import numpy as np
 
 from crcolony.evolution.history import Died, Event, TurnedOver
-from crcolony.protocol.encounters import Offer, Record, State
+from crcolony.protocol.encounters import EncounterRecord, EncounterState, Offer
 from crcolony.protocol.mating_messages import Encounter
-from crcolony.storage.reading import read_memory
+from crcolony.storage.reading import read_stored_robot
 from crcolony.storage.rows import Decision
-from crcolony.storage.store import Store
+from crcolony.storage.store import RobotStore
 
 ME, PEER, OTHER = b"m" * 16, b"p" * 16, b"o" * 16
 SCHEMA = b"s" * 16
 
 
-def open_store(path: Path, durable: bool = False) -> Store:
-    return Store(path, ME, SCHEMA, durable=durable)
+def open_store(path: Path, durable: bool = False) -> RobotStore:
+    return RobotStore(path, ME, SCHEMA, durable=durable)
 
 
-def proposed(number: int, state: State = "decided", peer: bytes = PEER) -> Record:
+def proposed(number: int, state: EncounterState = "decided", peer: bytes = PEER) -> EncounterRecord:
     """Return the record of an encounter that this robot began."""
-    return Record(
+    return EncounterRecord(
         Encounter(ME, peer, 7, number),
         "initiator",
         state,
@@ -38,7 +38,9 @@ def proposed(number: int, state: State = "decided", peer: bytes = PEER) -> Recor
     )
 
 
-def answered(number: int, state: State = "prepared", peer: bytes = PEER) -> Record:
+def answered(
+    number: int, state: EncounterState = "prepared", peer: bytes = PEER
+) -> EncounterRecord:
     """Return the record of an encounter that another robot began."""
     encounter = Encounter(peer, ME, 7, number)
     return replace(proposed(number, state), encounter=encounter, role="responder")
@@ -69,9 +71,9 @@ def events(number: int) -> list[Event]:
 class Seen:
     """All that can be told of a memory, in a form that can be compared."""
 
-    matings: tuple[tuple[Record, Decision | None], ...]
-    since: tuple[tuple[Record, Decision], ...]
-    open: tuple[Record, ...]
+    matings: tuple[tuple[EncounterRecord, Decision | None], ...]
+    since: tuple[tuple[EncounterRecord, Decision], ...]
+    open: tuple[EncounterRecord, ...]
     marks: tuple[tuple[bytes, tuple[tuple[int, int], bool]], ...]
     events: tuple[Event, ...]
     tick: int | None
@@ -79,9 +81,9 @@ class Seen:
     """Its weights"""
 
 
-def see(store: Store) -> Seen:
+def see(store: RobotStore) -> Seen:
     loaded = store.load()
-    memory = read_memory(store.path)
+    memory = read_stored_robot(store.path)
     assert (None if loaded is None else loaded[1]) == memory.tick
     return Seen(
         tuple(memory.matings),

@@ -7,31 +7,31 @@ import msgspec
 
 from crcolony.config import Config
 from crcolony.evolution.history import Born, Died, Event, Lived, Mated, OwnEvent, TurnedOver
-from crcolony.in_process.run import begin, evolve
+from crcolony.in_process.run import run_until_done, start_run
 from crcolony.protocol.identity import RobotId
-from crcolony.protocol.telemetry_messages import Exchanged, Told, decode_told
-from crcolony.results.run_folder import Results
-from crcolony.telemetry.colony_monitor import Heard
+from crcolony.protocol.telemetry_messages import EventMessage, Exchanged, decode_event
+from crcolony.results.run_folder import RunFolder
+from crcolony.telemetry.colony_monitor import TelemetrySample
 
 
-def run(folder: Path, config: Config, stop_after: int = 10**9) -> Results:
+def run(folder: Path, config: Config, stop_after: int = 10**9) -> RunFolder:
     """Run an embedded colony until its end, or until it was looked at `stop_after` times."""
-    results, colony = begin(folder, config)
+    results, colony = start_run(folder, config)
     looks = iter(range(stop_after))
-    evolve(results, colony, lambda: next(looks, None) is None, lambda _: None)
+    run_until_done(results, colony, lambda: next(looks, None) is None, lambda _: None)
     results.close()
     return results
 
 
-def told_in(heard: Iterable[Heard]) -> list[Told]:
-    return [decode_told(one.data) for one in heard if one.kind == "event"]
+def told_in(heard: Iterable[TelemetrySample]) -> list[EventMessage]:
+    return [decode_event(one.data) for one in heard if one.kind == "event"]
 
 
-def history_in(heard: Iterable[Heard], robots: Sequence[RobotId]) -> list[Event]:
+def history_in(heard: Iterable[TelemetrySample], robots: Sequence[RobotId]) -> list[Event]:
     """Return the history that robots tell of, called by their numbers again; both sides of a mating are one event."""
     numbers = {robot.hex(): number for number, robot in enumerate(robots)}
     events: list[Event] = []
-    sides: list[Told] = []
+    sides: list[EventMessage] = []
     for told in told_in(heard):
         if isinstance(told.event, Exchanged):
             sides.append(told)
@@ -44,7 +44,7 @@ def history_in(heard: Iterable[Heard], robots: Sequence[RobotId]) -> list[Event]
     return events
 
 
-def _mated(one: Told, other: Told, numbers: dict[str, int]) -> Mated:
+def _mated(one: EventMessage, other: EventMessage, numbers: dict[str, int]) -> Mated:
     own, partners = one.event, other.event
     assert isinstance(own, Exchanged)
     assert isinstance(partners, Exchanged)

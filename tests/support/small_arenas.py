@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from crcolony.body.settings import CyberRodent
 from crcolony.world.arena import Arena
-from crcolony.world.settings import Arena as ArenaSettings
+from crcolony.world.settings import ArenaSettings
 
 FAR = 50.0
 """Packs that a test does not place stand out here."""

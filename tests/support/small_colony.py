@@ -4,7 +4,7 @@ from typing import TypeVar
 
 from crcolony.config import Config, load
 from crcolony.evolution.history import Event, HistoryHash
-from crcolony.in_process.colony import EmbeddedColony
+from crcolony.in_process.colony import InProcessColony
 
 SMALL = (
     "life.agents=4",
@@ -38,18 +38,18 @@ class Recorder:
         return [event for event in self.events if isinstance(event, kind)]
 
 
-def new_colony(*settings: str) -> tuple[EmbeddedColony, Recorder]:
+def new_colony(*settings: str) -> tuple[InProcessColony, Recorder]:
     recorder = Recorder()
-    return EmbeddedColony(small(*settings), recorder), recorder
+    return InProcessColony(small(*settings), recorder), recorder
 
 
-def live(colony: EmbeddedColony, generations: int = 3, chunk_ticks: int = 10_000) -> None:
+def live(colony: InProcessColony, generations: int = 3, chunk_ticks: int = 10_000) -> None:
     while colony.generation < generations:
         colony.run(chunk_ticks)
 
 
 def history(*settings: str, chunk_ticks: int = 10_000) -> str:
     colony, recorder = new_colony(*settings)
-    colony.begin()
+    colony.start()
     live(colony, chunk_ticks=chunk_ticks)
     return str(recorder.hash)

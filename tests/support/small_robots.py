@@ -9,11 +9,11 @@ from crcolony.compiled import FloatArray
 from crcolony.evolution.population import Subpopulation
 from crcolony.evolution.time_sharing import RandomOrder
 from crcolony.evolution.variation import Variation
-from crcolony.robot.batch import habits_of, unborn_robots
+from crcolony.robot.batch import empty_robots, step_parameters
 from crcolony.robot.genes import agent_schema
 from crcolony.robot.robot import Robot
 from crcolony.robot.settings import Heredity, Learning, Life
-from crcolony.robot.state import Habits, Robots
+from crcolony.robot.state import Robots, StepParameters
 
 
 class Settings(msgspec.Struct, frozen=True):
@@ -30,11 +30,11 @@ DEFAULT = Settings()
 
 def new_robots(
     count: int, settings: Settings = DEFAULT, seed: int = 1
-) -> tuple[Robots, Habits, list[Robot]]:
+) -> tuple[Robots, StepParameters, list[Robot]]:
     """Return a batch of robots that have not begun."""
     schema = agent_schema(settings.learning, settings.heredity)
-    habits = habits_of(settings.learning, settings.life, settings.rodent)
-    batch = unborn_robots(count, habits, settings.life.agents, len(schema), seed)
+    habits = step_parameters(settings.learning, settings.life, settings.rodent)
+    batch = empty_robots(count, habits, settings.life.agents, len(schema), seed)
     robots = [
         Robot(
             batch,

@@ -13,17 +13,17 @@ from crcolony.protocol.codec import encode
 from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
 from crcolony.protocol.mating_messages import Encounter
 from crcolony.protocol.telemetry_messages import (
+    EventMessage,
     Exchanged,
     Met,
     RobotEvent,
+    RobotState,
     Scene,
-    SeenPack,
-    SeenRobot,
-    State,
-    Told,
+    ScenePack,
+    SceneRobot,
 )
 from crcolony.robot.genes import agent_schema
-from crcolony.transport.zenoh_session import Network, open_session
+from crcolony.transport.zenoh_session import NetworkSettings, open_session
 
 COLONY, ARENA = "crowd", "crowd"
 HZ, STATES_PER_S = 10.0, 2.0
@@ -76,7 +76,7 @@ class Crowd:
 
     def tell(self, number: int, event: RobotEvent) -> None:
         self.seqs[number] += 1
-        told = Told(self.ids[number], 0, self.seqs[number], int(1000 * time.time()), event)
+        told = EventMessage(self.ids[number], 0, self.seqs[number], int(1000 * time.time()), event)
         self.put(self.keys.event(self.ids[number]), encode(told))
 
     def step(self) -> None:
@@ -104,10 +104,10 @@ class Crowd:
     def publish_scene(self) -> None:
         places, headings = self.places.tolist(), self.headings.tolist()
         robots = [
-            SeenRobot(robot, COLONY, x_m, y_m, heading, False, 0.0, 1.0, 0.0, False)
+            SceneRobot(robot, COLONY, x_m, y_m, heading, False, 0.0, 1.0, 0.0, False)
             for robot, (x_m, y_m), heading in zip(self.ids, places, headings, strict=True)
         ]
-        packs = [SeenPack(x, y, 0.0, 0.0, 1.0, 0.4) for x, y in self.packs[:2000].tolist()]
+        packs = [ScenePack(x, y, 0.0, 0.0, 1.0, 0.4) for x, y in self.packs[:2000].tolist()]
         scene = Scene(
             ARENA, 1, self.tick, self.tick, int(1000 * time.time()), 1.0 / HZ,
             self.side_m, self.side_m, robots[:1000], packs,
@@ -116,8 +116,8 @@ class Crowd:
 
     def publish_state(self, number: int) -> None:
         robot = self.ids[number]
-        state = State(
-            robot=robot, number=number, arena=ARENA, life=0, seq=self.seqs[number],
+        state = RobotState(
+            robot=robot, number=number, arena=ARENA, incarnation=0, seq=self.seqs[number],
             unix_ms=int(1000 * time.time()), tick=self.tick, generation=0,
             agent=f"{robot.hex()}/{self.tick % AGENTS}", energy=float(self.energies[number]),
             module=(number + self.tick // 30) % 2, matings=self.matings[number],
@@ -129,7 +129,7 @@ class Crowd:
 
 def live(connection: Connection, count: int, endpoint: str, walks: bool = True) -> None:
     """Be a crowd until killed; one that does not walk only stands, and jumps when it is told to."""
-    with open_session(Network(listen=(endpoint,))) as session:
+    with open_session(NetworkSettings(listen=(endpoint,))) as session:
         crowd = Crowd(session, count)
         connection.send("ready")
         crowd.bear()

@@ -11,24 +11,24 @@ from crcolony.protocol import key_expressions
 from crcolony.protocol.key_expressions import ColonyKeys
 from crcolony.protocol.telemetry_messages import (
     Exchanged,
+    RobotState,
     Scene,
-    SeenRobot,
-    State,
+    SceneRobot,
+    decode_event,
     decode_scene,
     decode_state,
-    decode_told,
 )
 
 BODY_M, PACK_M = 0.11, 0.04
 """How large robots and packs are drawn"""
 
 
-class Witness:
+class TelemetryRecorder:
     """Keeps scenes, states and matings with the wall time (s) at which they came here."""
 
     def __init__(self, session: zenoh.Session) -> None:
         self.scenes: list[tuple[float, Scene]] = []
-        self.states: list[tuple[float, State]] = []
+        self.states: list[tuple[float, RobotState]] = []
         self.matings: list[tuple[float, Exchanged]] = []
         of = ColonyKeys("*")
         self._entities = [
@@ -47,7 +47,7 @@ class Witness:
         self.states.append((time.time(), decode_state(sample.payload.to_bytes())))
 
     def _on_event(self, sample: zenoh.Sample) -> None:
-        told = decode_told(sample.payload.to_bytes())
+        told = decode_event(sample.payload.to_bytes())
         if isinstance(told.event, Exchanged):
             self.matings.append((time.time(), told.event))
 
@@ -65,7 +65,7 @@ class Witness:
         ]
 
 
-def room_m(scene: Scene, robot: SeenRobot) -> float:
+def room_m(scene: Scene, robot: SceneRobot) -> float:
     """Return how far the edge of the next robot or pack is from the middle of a robot."""
     others = [(o.x_m, o.y_m, BODY_M) for o in scene.robots if o.robot != robot.robot]
     others += [(pack.x_m, pack.y_m, PACK_M) for pack in scene.packs]

@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 from crcolony_dashboards.tabs import palette
 
-from crcolony.protocol.telemetry_messages import Scene, SeenRobot
-from crcolony.transport.zenoh_session import Network, open_session
+from crcolony.protocol.telemetry_messages import Scene, SceneRobot
+from crcolony.transport.zenoh_session import NetworkSettings, open_session
 from tests.support.process import Process, wait_until
 from tests.support.process_colony import Colony, colony
 from tests.support.rerun_viewer import HeadlessViewer, Picture, headless_viewer
-from tests.support.telemetry_recorder import BODY_M, Witness, room_m
+from tests.support.telemetry_recorder import BODY_M, TelemetryRecorder, room_m
 
 ROBOTS = 4
 HUNGRY = ("life.initial_energy=0.6", "life.energy_per_step=0.004", "arena.packs=2")
 
-TABS = ("Arena", "Life", "Evolution", "Lineage", "Network", "Log")
+TABS = ("Arena", "Life", "Evolution", "Lineage", "NetworkSettings", "Log")
 ROOM_M = 0.2
 LATE_S = 0.35
 """A picture of a moment may show a scene that came so long before it: one period, one tick of drawing, and the noise"""
@@ -35,7 +35,7 @@ class Watched:
     dashboard: Process
     url: str
     viewer: HeadlessViewer
-    witness: Witness
+    witness: TelemetryRecorder
 
     def settle(self, until_s: float) -> None:
         """Wait until the viewer has all that was drawn up to a time."""
@@ -53,8 +53,8 @@ def watched(folder: Path) -> Iterator[Watched]:
         dashboard, url, _ = made.dashboard()
         for number in range(ROBOTS):
             made.robot("--number", str(number))
-        session = stack.enter_context(open_session(Network(connect=(made.endpoint,))))
-        witness = Witness(session)
+        session = stack.enter_context(open_session(NetworkSettings(connect=(made.endpoint,))))
+        witness = TelemetryRecorder(session)
         viewer = stack.enter_context(headless_viewer(url, folder / "viewer.log"))
         wait_until(lambda: len(witness.matings) >= 6, "the colony lives, and mates")
         yield Watched(made, dashboard, url, viewer, witness)
@@ -84,7 +84,7 @@ class Pixels:
         middle = (0.5 * (self._left + self._right), 0.5 * (self._top + self._bottom))
         return middle[0] + self.per_m * x_m, middle[1] - self.per_m * y_m
 
-    def disc(self, robot: SeenRobot) -> tuple[float, float] | None:
+    def disc(self, robot: SceneRobot) -> tuple[float, float] | None:
         """Return the middle of the disc that is drawn where a robot should be, by its edges; None if there is none."""
         column, row = self.of(robot.x_m, robot.y_m)
         rows, columns = np.indices(self.picture.shape[:2])
@@ -97,7 +97,7 @@ class Pixels:
             return None
         return 0.5 * (wide[0] + wide[-1]), 0.5 * (high[0] + high[-1])
 
-    def off_px(self, scene: Scene, robots: list[SeenRobot]) -> float:
+    def off_px(self, scene: Scene, robots: list[SceneRobot]) -> float:
         """Return how far the robots of a scene are, at most, from where they are drawn."""
         worst = 0.0
         for robot in robots:
@@ -108,7 +108,7 @@ class Pixels:
             worst = max(worst, float(np.hypot(found[0] - column, found[1] - row)))
         return worst
 
-    def ring(self, robot: SeenRobot) -> np.ndarray:
+    def ring(self, robot: SceneRobot) -> np.ndarray:
         """Return the middle colour of a robot's ring, (3,)."""
         angles = robot.heading_rad + np.linspace(0.7, 2 * np.pi - 0.7, 40)
         places = [
@@ -125,7 +125,7 @@ WALL_PX = 5.0
 """How wide walls are drawn"""
 
 
-def moments(seen: Watched) -> Iterator[tuple[float, Scene, list[SeenRobot]]]:
+def moments(seen: Watched) -> Iterator[tuple[float, Scene, list[SceneRobot]]]:
     """Return moments at which robots are so far from everything that nothing hides them, and those robots."""
     for at_s, scene in seen.witness.scenes:
         lonely = [robot for robot in scene.robots if room_m(scene, robot) > ROOM_M]

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from crcolony.protocol.key_expressions import ColonyKeys
-from crcolony.transport.zenoh_session import Network, free_port, open_session
+from crcolony.transport.zenoh_session import NetworkSettings, free_port, open_session
 from tests.support.process import Process, wait_until
 from tests.support.process_colony import Colony, colony, crcolony
 
@@ -86,7 +86,7 @@ def test_nonsense_on_the_network_is_counted_and_shown_to_nobody(tmp_path: Path) 
         dashboard = start(made, "--out", str(tmp_path / "watched"))
         dashboard.wait_for("no colony on the network yet; looking")
         of = ColonyKeys("colony")
-        with open_session(Network(connect=(made.endpoint,))) as session:
+        with open_session(NetworkSettings(connect=(made.endpoint,))) as session:
             for key in (of.state(bytes(16)), of.event(bytes(16)), "crcolony/1/arena/arena/scene"):
                 for nonsense in (b"", b"\x93\xa5state", os.urandom(4096), b"\xff" * 300_000):
                     session.put(key, nonsense)

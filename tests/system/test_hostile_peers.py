@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from crcolony.protocol.telemetry_messages import State
+from crcolony.protocol.telemetry_messages import RobotState
 from tests.support.attack import HZ, Figures, Siege, siege
 from tests.support.mating_audit import check_ledger
 from tests.support.process import wait_until
@@ -33,7 +33,7 @@ class Besieged:
     siege: Siege
     calm: list[Figures] = field(default_factory=list)
 
-    def withstands(self, attack: str) -> tuple[Figures, list[State]]:
+    def withstands(self, attack: str) -> tuple[Figures, list[RobotState]]:
         """Let a peer attack; check what holds under any attack; return the figures and what robots told before."""
         before = self.states()
         self.calm.append(self.siege.watch(CALM_S))
@@ -48,7 +48,7 @@ class Besieged:
         assert during.grown_mib <= MOST_GROWN_MIB, during
         return during, before
 
-    def states(self) -> list[State]:
+    def states(self) -> list[RobotState]:
         """Return how the robots are, by their own account."""
         self.siege.view.update()
         return [self.siege.view.states[robot.id] for robot in self.siege.made.robots]

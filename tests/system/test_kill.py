@@ -192,4 +192,4 @@ def test_launch_starts_again_what_is_killed(tmp_path: Path) -> None:
         launched.stop()
         assert not any(child.is_running() for child in children)
         assert "history hash: " in launched.said
-    check_ledger(sorted(run.glob("robots/*/memory.sqlite")), is_calm=False)
+    check_ledger(sorted(run.glob("robots/*/robot.sqlite")), is_calm=False)

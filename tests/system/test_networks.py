@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from crcolony.results.merge_histories import read_chronicle
-from crcolony.storage.reading import read_memory
+from crcolony.results.merged_history import merge_robot_files
+from crcolony.storage.reading import read_stored_robot
 from crcolony.transport.zenoh_session import free_port
 from tests.support.mating_audit import check_ledger
 from tests.support.namespaces import hosts, needs_namespaces
@@ -16,7 +16,7 @@ CLOCK = ("--hz", "30")
 
 def partners(made: Colony, robot: int) -> set[bytes]:
     """Return who a robot has mated with, as its memory has it."""
-    memory = read_memory(made.robots[robot].memory)
+    memory = read_stored_robot(made.robots[robot].memory)
     return {record.peer for record, decision in memory.matings if decision is not None}
 
 
@@ -101,7 +101,7 @@ def test_one_colony_lives_in_two_arenas(tmp_path: Path) -> None:
 
 def hosted(made: Colony, folder: Path, count: int) -> Sequence[Path]:
     """Return the memories of hosted robots."""
-    memories = [folder / "robots" / str(number) / "memory.sqlite" for number in range(count)]
+    memories = [folder / "robots" / str(number) / "robot.sqlite" for number in range(count)]
     assert all(memory.exists() for memory in memories), made.folder
     return memories
 
@@ -129,6 +129,6 @@ def test_hosted_robots_mate_with_robots_of_other_processes(tmp_path: Path) -> No
         host.stop()
         memories = hosted(made, tmp_path / "host", 20)
         check_ledger([*made.memories, *memories], is_calm=False)
-        assert len(read_chronicle([*made.memories, *memories]).robots) == 22
+        assert len(merge_robot_files([*made.memories, *memories]).robots) == 22
         own = set(made.ids)
         assert all(partners(made, number) - own for number in range(2))

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from crcolony.storage.reading import read_memory
+from crcolony.storage.reading import read_stored_robot
 from tests.support.mating_audit import check_ledger
 from tests.support.namespaces import Host, hosts, needs_namespaces
 from tests.support.paths import ROOT
@@ -68,16 +68,16 @@ def test_robots_of_the_two_machines_mate_with_each_other(tmp_path: Path) -> None
         view = made.observer(*SEED, before=lan[0].before)
         wait_for_four(view)
         memories = {
-            machine: sorted(tmp_path.glob(f"runs/{machine}/robots/*/memory.sqlite"))
+            machine: sorted(tmp_path.glob(f"runs/{machine}/robots/*/robot.sqlite"))
             for machine in ("here", "there")
         }
-        ids_there = {read_memory(path).robot for path in memories["there"]}
+        ids_there = {read_stored_robot(path).robot for path in memories["there"]}
 
         def has_mated_across() -> bool:
             return any(
                 record.peer in ids_there and record.state == "mated"
                 for path in memories["here"]
-                for record, _ in read_memory(path).matings
+                for record, _ in read_stored_robot(path).matings
             )
 
         wait_until(has_mated_across, "a robot here mates with one there")

@@ -13,7 +13,7 @@ import zenoh
 from zenoh.handlers import Callback
 
 from crcolony.protocol.key_expressions import ROOT
-from crcolony.transport.zenoh_session import Network, open_session
+from crcolony.transport.zenoh_session import NetworkSettings, open_session
 from tests.support.process import wait_until
 from tests.support.process_colony import colony, settings
 from tests.support.rerun_viewer import headless_viewer
@@ -89,7 +89,7 @@ def test_robots_keep_their_control_period_whoever_watches(
     with colony(tmp_path) as made:
         made.arena(4, "--hz", str(HZ))
         robots = [made.robot() for _ in range(4)]
-        with open_session(Network(connect=(made.endpoint,))) as session:
+        with open_session(NetworkSettings(connect=(made.endpoint,))) as session:
             for robot in robots:
                 robot.wait_for("has body")
             unwatched = periods(session, SECONDS)

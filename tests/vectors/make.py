@@ -13,16 +13,16 @@ from crcolony.body.contract import ACTION_WIDTH, OBSERVATION_WIDTH
 from crcolony.evolution.history import Born, Died, Lived, TurnedOver
 from crcolony.protocol.body_messages import (
     Action,
+    BodyDenied,
+    BodyGranted,
     Contact,
-    Embodied,
     Join,
     Leave,
     Observation,
-    Refused,
     pack_row,
 )
 from crcolony.protocol.codec import Message, encode
-from crcolony.protocol.envelope import seal
+from crcolony.protocol.envelope import sign_message
 from crcolony.protocol.identity import seeded
 from crcolony.protocol.mating_messages import (
     BY_INITIATOR,
@@ -37,27 +37,27 @@ from crcolony.protocol.mating_messages import (
     pack_genes,
 )
 from crcolony.protocol.telemetry_messages import (
-    AboutArena,
-    AboutRobot,
-    Ask,
-    Ended,
+    ArenaMetadata,
+    EncounterOutcome,
+    EventMessage,
     Exchanged,
     Fault,
+    HistoryReply,
+    HistoryRequest,
     Met,
-    Past,
     RobotEvent,
+    RobotMetadata,
+    RobotState,
     Scene,
-    SeenPack,
-    SeenRobot,
-    State,
-    Told,
+    ScenePack,
+    SceneRobot,
 )
 
 FOLDER = Path(__file__).parent
 COLONY = "vectors"
 
 INITIATOR, RESPONDER = sorted((seeded(COLONY, 1, k) for k in range(2)), key=lambda key: key.id)
-ENCOUNTER = Encounter(INITIATOR.id, RESPONDER.id, life=3, count=300)
+ENCOUNTER = Encounter(INITIATOR.id, RESPONDER.id, incarnation=3, count=300)
 NONCE = 0x1234_5678_9ABC
 SCHEMA = bytes(range(16))
 INITIATORS_GENES = np.array([0.0, 1.5, -2.25, 1.0 / 3.0, 5e-324])
@@ -75,19 +75,19 @@ LETTERS: dict[str, MatingMessage] = {
 
 BODIES: dict[str, Message] = {
     "join": Join(INITIATOR.id, COLONY, -1),
-    "embodied": Embodied(
-        place=2, world=2**61, tick=70_000, period_s=0.2, lockstep=False, body='{"camera_m":1.5}'
+    "body_granted": BodyGranted(
+        slot=2, arena_run=2**61, tick=70_000, period_s=0.2, lockstep=False, body='{"camera_m":1.5}'
     ),
-    "refused": Refused("every place is taken"),
+    "body_denied": BodyDenied("every place is taken"),
     "leave": Leave(INITIATOR.id),
     "observation": Observation(
-        world=2**61,
+        arena_run=2**61,
         tick=70_000,
         row=pack_row(np.arange(OBSERVATION_WIDTH) / 8.0 - 2.0),
         contact=Contact(RESPONDER.id, NONCE),
     ),
     "observation_alone": Observation(
-        world=0, tick=0, row=pack_row(np.zeros(OBSERVATION_WIDTH)), contact=None
+        arena_run=0, tick=0, row=pack_row(np.zeros(OBSERVATION_WIDTH)), contact=None
     ),
     "action": Action(70_000, pack_row(np.arange(ACTION_WIDTH) / 32.0)),
 }
@@ -98,7 +98,7 @@ AGENT, OTHER = f"{INITIATOR.id.hex()}/17", f"{RESPONDER.id.hex()}/3"
 
 EVENTS: dict[str, RobotEvent] = {
     "met": Met(70_000, RESPONDER.id, AGENT),
-    "ended": Ended(70_001, "refused", RESPONDER.id, ENCOUNTER, "busy"),
+    "encounter_outcome": EncounterOutcome(70_001, "refused", RESPONDER.id, ENCOUNTER, "busy"),
     "exchanged": Exchanged(70_000, ENCOUNTER, AGENT, OTHER, 0.75, True, False),
     "born": Born(0, 2, 0, AGENT, "00ff", pack_genes(INITIATORS_GENES), None, OTHER),
     "died": Died(9, 2, AGENT),
@@ -106,20 +106,20 @@ EVENTS: dict[str, RobotEvent] = {
     "turned_over": TurnedOver(9, 2, 1, 7),
     "fault": Fault(9, "the arena is gone"),
 }
-"""What a robot tells, each numbered and in a `told` of its own."""
+"""What a robot tells, each numbered and in an `event` message of its own."""
 
-TOLD = {
-    f"told_{name}": Told(INITIATOR.id, 3, seq, 1_790_000_000_000, event)
+EVENT_MESSAGES = {
+    f"event_{name}": EventMessage(INITIATOR.id, 3, seq, 1_790_000_000_000, event)
     for seq, (name, event) in enumerate(EVENTS.items(), 1)
 }
 
 TELEMETRY: dict[str, Message] = {
-    **TOLD,
-    "state": State(
+    **EVENT_MESSAGES,
+    "state": RobotState(
         robot=INITIATOR.id,
         number=2,
         arena="",
-        life=3,
+        incarnation=3,
         seq=8,
         unix_ms=1_790_000_000_000,
         tick=70_000,
@@ -140,21 +140,21 @@ TELEMETRY: dict[str, Message] = {
         faults=5,
         period_ms=200.5,
     ),
-    "ask": Ask(3, 2),
-    "past": Past(3, 1, [encode(TOLD["told_met"])]),
-    "about_robot": AboutRobot(INITIATOR.id, 3, '{"body":{"camera_m":1.5}}', [RESPONDER.id]),
-    "about_arena": AboutArena("lab", 2**61, '{"arena":{"packs":8}}'),
+    "history_request": HistoryRequest(3, 2),
+    "history_reply": HistoryReply(3, 1, [encode(EVENT_MESSAGES["event_met"])]),
+    "robot_metadata": RobotMetadata(INITIATOR.id, 3, '{"body":{"camera_m":1.5}}', [RESPONDER.id]),
+    "arena_metadata": ArenaMetadata("lab", 2**61, '{"arena":{"packs":8}}'),
     "scene": Scene(
         arena="lab",
-        world=2**61,
+        arena_run=2**61,
         seq=12,
         tick=70_000,
         unix_ms=1_790_000_000_000,
         period_s=0.2,
         width_m=2.5,
         height_m=2.0,
-        robots=[SeenRobot(INITIATOR.id, COLONY, 0.5, -0.25, 3.0, True, 1.0, 0.0, 0.0, False)],
-        packs=[SeenPack(-1.0, 0.5, 0.0, 1.0, 0.0, 0.4)],
+        robots=[SceneRobot(INITIATOR.id, COLONY, 0.5, -0.25, 3.0, True, 1.0, 0.0, 0.0, False)],
+        packs=[ScenePack(-1.0, 0.5, 0.0, 1.0, 0.0, 0.4)],
     ),
 }
 """What observers hear."""
@@ -166,7 +166,7 @@ def make() -> dict[str, bytes]:
     for name, letter in LETTERS.items():
         is_initiators = isinstance(letter, BY_INITIATOR)
         sender = INITIATOR if is_initiators else RESPONDER
-        vectors[f"{name}.msgpack"] = seal(letter, COLONY, sender)
+        vectors[f"{name}.msgpack"] = sign_message(letter, COLONY, sender)
     for name, message in {**BODIES, **TELEMETRY}.items():
         vectors[f"{name}.msgpack"] = encode(message)
     return vectors

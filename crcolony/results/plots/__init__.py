@@ -11,23 +11,23 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
-from crcolony.results.plots.conditions import Arm, PlotsError, read_arms
+from crcolony.results.plots.conditions import Condition, PlotError, read_conditions
 
-__all__ = ["Arm", "PlotsError", "draw_arms", "draw_plots", "read_arms"]
+__all__ = ["Arm", "PlotError", "draw_conditions", "draw_plots", "read_conditions"]
 
 
 def draw_plots(folder: Path) -> list[Path]:
-    """Draw a run's figures as pictures to look at into `folder/plots`; return the files. Raises PlotsError."""
-    return draw_arms(read_arms([folder]), folder / "plots", ("png",))
+    """Draw a run's figures as pictures to look at into `folder/plots`; return the files. Raises PlotError."""
+    return draw_conditions(read_conditions([folder]), folder / "plots", ("png",))
 
 
-def draw_arms(arms: Sequence[Arm], out: Path, formats: Sequence[str]) -> list[Path]:
+def draw_conditions(arms: Sequence[Condition], out: Path, formats: Sequence[str]) -> list[Path]:
     """Draw the figures of some arms into a folder, each in every format (pdf, svg or png); return the files.
 
-    Equal runs give equal bytes. Raises PlotsError if matplotlib is missing, or a file cannot be read or written.
+    Equal runs give equal bytes. Raises PlotError if matplotlib is missing, or a file cannot be read or written.
     """
     if any(find_spec(library) is None for library in ("matplotlib", "scipy")):
-        raise PlotsError("plots need matplotlib and scipy: pip install 'crcolony[experiments]'")
+        raise PlotError("plots need matplotlib and scipy: pip install 'crcolony[experiments]'")
     from crcolony.results.plots.figures import draw_figures
     from crcolony.results.plots.style import style, write
 

@@ -9,20 +9,20 @@ import msgspec
 import numpy as np
 
 from crcolony.config import Config, ConfigError, load
-from crcolony.errors import Refusal
+from crcolony.errors import CrcolonyError
 from crcolony.results.generation_summary import QUANTILES, quantile_of
 from crcolony.results.generation_table import read_table
 from crcolony.results.plots.bands import FEWEST, Band, Table, band_of
 from crcolony.robot.genes import META_PARAMETERS
 from crcolony.robot.modules import MODULES
-from crcolony.storage.files import ResultsError
+from crcolony.storage.files import FolderError
 
 _MEANS = ("generation", "matings", "conceptions", "captures", "energy", "starved", "lived_steps")
 _MOST_DIFFERENCES = 3
 """Arms that differ in more settings are told apart by their folders."""
 
 
-class PlotsError(Refusal):
+class PlotError(CrcolonyError):
     """The plots cannot be drawn: the message says why."""
 
 
@@ -36,7 +36,7 @@ class Run:
 
 
 @dataclass(frozen=True)
-class Arm:
+class Condition:
     """Runs of the same settings, and what tells them from other arms (nothing, where there are none)."""
 
     name: str
@@ -60,7 +60,7 @@ class Arm:
             runs = f"{count.min()} to {runs}"
         return f"{self.name} ({runs})" if self.name else runs
 
-    def in_words(self) -> str:
+    def describe(self) -> str:
         """Say how many runs are drawn, and how far."""
         drawn = self.band("matings").generation
         furthest = max(run.table["generation"][-1] for run in self.runs)
@@ -70,23 +70,23 @@ class Arm:
         return words
 
 
-def read_arms(folders: Sequence[Path]) -> tuple[Arm, ...]:
+def read_conditions(folders: Sequence[Path]) -> tuple[Condition, ...]:
     """Read runs and group them by their settings; a folder is that of a run, or of a comparison (ARM/seed-N).
 
     The seed and the number of generations make no difference. The arms of a comparison have the names of its folders,
-    others are called by the settings in which they differ. Raises PlotsError for what is not there, damaged, or twice.
+    others are called by the settings in which they differ. Raises PlotError for what is not there, damaged, or twice.
     """
     try:
         found = [run for folder in folders for run in _runs_in(folder)]
         arms = _grouped([_read_run(folder) for folder in found])
-    except (ConfigError, ResultsError) as error:
-        raise PlotsError(str(error)) from None
+    except (ConfigError, FolderError) as error:
+        raise PlotError(str(error)) from None
     except OSError as error:
-        raise PlotsError(f"{error.filename}: cannot be read: {error.strerror}") from None
+        raise PlotError(f"{error.filename}: cannot be read: {error.strerror}") from None
     names = [runs[0].folder.parent.name.replace("-", " ") for runs in arms]
     if not set(found).isdisjoint(folders) or len(set(names)) < len(names):
-        return tuple(map(Arm, _differences(arms), arms))
-    by_name = sorted(map(Arm, names, arms), key=lambda arm: _distance(arm.config))
+        return tuple(map(Condition, _differences(arms), arms))
+    by_name = sorted(map(Condition, names, arms), key=lambda arm: _distance(arm.config))
     return tuple(
         by_name
     )  # what others are compared with comes first: it is nearest to the defaults
@@ -95,17 +95,17 @@ def read_arms(folders: Sequence[Path]) -> tuple[Arm, ...]:
 def _runs_in(folder: Path) -> list[Path]:
     """Return the folders of a comparison's runs in which a generation has ended, or the folder if it is a run's."""
     if not folder.is_dir():
-        raise PlotsError(f"{folder}: there is no such folder")
+        raise PlotError(f"{folder}: there is no such folder")
     if (folder / "config.toml").exists():
         return [folder]
     runs = sorted(path.parent for path in folder.glob("*/seed-*/config.toml"))
     if not runs:
-        raise PlotsError(
+        raise PlotError(
             f"{folder}: neither a run (config.toml) nor a comparison (ARM/seed-N/config.toml)"
         )
     begun = [run for run in runs if (run / "generations.csv").exists()]
     if not begun:
-        raise PlotsError(f"{folder}: no generation has ended yet, there is nothing to draw")
+        raise PlotError(f"{folder}: no generation has ended yet, there is nothing to draw")
     return begun
 
 
@@ -116,23 +116,23 @@ def _read_run(folder: Path) -> Run:
 def _read_table(path: Path) -> Table:
     rows = read_table(path)
     if not rows:
-        raise PlotsError(f"{path}: no generation has ended yet, there is nothing to draw")
+        raise PlotError(f"{path}: no generation has ended yet, there is nothing to draw")
     names = [name for name in rows[0] if name is not None]
     missing = [name for name in _columns() if name not in names]
     if missing:
-        raise PlotsError(f"{path}: corrupt: no column {missing[0]}")
+        raise PlotError(f"{path}: corrupt: no column {missing[0]}")
     if any(None in row or None in row.values() for row in rows):
-        raise PlotsError(f"{path}: corrupt: a row is not as long as the header")
+        raise PlotError(f"{path}: corrupt: a row is not as long as the header")
     if not path.read_bytes().endswith(b"\n"):  # its last number may look whole
-        raise PlotsError(f"{path}: corrupt: the last row is half-written")
+        raise PlotError(f"{path}: corrupt: the last row is half-written")
     try:
         table = {name: np.array([float(row[name]) for row in rows]) for name in names}
     except ValueError:
-        raise PlotsError(f"{path}: corrupt: a row is not made of numbers") from None
+        raise PlotError(f"{path}: corrupt: a row is not made of numbers") from None
     if not all(np.isfinite(column).all() for column in table.values()):
-        raise PlotsError(f"{path}: corrupt: a number is not finite")
+        raise PlotError(f"{path}: corrupt: a number is not finite")
     if not (np.diff(table["generation"]) > 0).all():
-        raise PlotsError(f"{path}: corrupt: generations are not in order")
+        raise PlotError(f"{path}: corrupt: generations are not in order")
     return table
 
 
@@ -152,15 +152,15 @@ def _grouped(runs: Sequence[Run]) -> list[tuple[Run, ...]]:
         arms[setting] = (*others, run)
     for alike in arms.values():
         if not band_of([run.table for run in alike], "matings").count.size:
-            raise PlotsError(f"{alike[0].folder}: has no generation in common with its like")
+            raise PlotError(f"{alike[0].folder}: has no generation in common with its like")
     return list(arms.values())
 
 
 def _refuse_twice(run: Run, others: Sequence[Run]) -> None:
-    """Raise PlotsError for a run that counts already, or a copy of it: it would make a band look surer than it is."""
+    """Raise PlotError for a run that counts already, or a copy of it: it would make a band look surer than it is."""
     for other in others:
         if all(run.table[name][0] == other.table[name][0] for name in _columns()):
-            raise PlotsError(f"{run.folder}: the same run as {other.folder}")
+            raise PlotError(f"{run.folder}: the same run as {other.folder}")
 
 
 def _differences(arms: Sequence[Sequence[Run]]) -> list[str]:

@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 
 from crcolony.results.generation_summary import quantile_of
 from crcolony.results.plots.bands import FEWEST
-from crcolony.results.plots.conditions import Arm, PlotsError
+from crcolony.results.plots.conditions import Condition, PlotError
 from crcolony.results.plots.potentials import draw_potentials
 from crcolony.results.plots.style import (
     COLUMN_IN,
@@ -38,13 +38,13 @@ _LETTERS_PER_IN, _HANDLE_LETTERS, _LINE_IN = 14.5, 8, 0.16
 """How large the text of a legend is, and how wide its pieces of lines are."""
 
 
-def draw_figures(arms: Sequence[Arm]) -> dict[str, Figure]:
+def draw_figures(arms: Sequence[Condition]) -> dict[str, Figure]:
     """Return the figures of some arms by name; of several runs also `matings` alone, for a column of a paper.
 
-    Raises PlotsError for more arms than can be told apart, or a history that cannot be read.
+    Raises PlotError for more arms than can be told apart, or a history that cannot be read.
     """
     if len(arms) > len(LINES):
-        raise PlotsError(f"{len(arms)} settings: a figure can tell {len(LINES)} apart")
+        raise PlotError(f"{len(arms)} settings: a figure can tell {len(LINES)} apart")
     figures = {} if _is_single(arms) else {"matings": draw_matings(arms)}
     return figures | {
         "generations": draw_generations(arms),
@@ -53,7 +53,7 @@ def draw_figures(arms: Sequence[Arm]) -> dict[str, Figure]:
     }
 
 
-def draw_matings(arms: Sequence[Arm]) -> Figure:
+def draw_matings(arms: Sequence[Condition]) -> Figure:
     """Draw the matings by generation, one column wide."""
     figure = new_figure(COLUMN_IN, 1.9)
     axes = figure.subplots()
@@ -65,7 +65,7 @@ def draw_matings(arms: Sequence[Arm]) -> Figure:
     return figure
 
 
-def draw_generations(arms: Sequence[Arm]) -> Figure:
+def draw_generations(arms: Sequence[Condition]) -> Figure:
     """Draw what agents did, and how they fared, by generation."""
     figure = new_figure(PAGE_IN, 3.2)
     rows = figure.subplots(2, 3, sharex=True)
@@ -78,7 +78,7 @@ def draw_generations(arms: Sequence[Arm]) -> Figure:
     return figure
 
 
-def draw_meta_parameters(arms: Sequence[Arm]) -> Figure:
+def draw_meta_parameters(arms: Sequence[Condition]) -> Figure:
     """Draw each module's meta-parameters: of one run the median and the spread over agents, of more the medians.
 
     The axes reach as far as evolution may take a meta-parameter.
@@ -104,7 +104,7 @@ def draw_meta_parameters(arms: Sequence[Arm]) -> Figure:
     return figure
 
 
-def caption(arms: Sequence[Arm]) -> str:
+def caption(arms: Sequence[Condition]) -> str:
     """Say what lines and bands are; nothing where no arm has several runs."""
     sizes = {len(arm.runs) for arm in arms}
     if max(sizes) == 1:
@@ -119,12 +119,12 @@ def caption(arms: Sequence[Arm]) -> str:
     return "Means over runs with 95 % intervals (Student's t)"
 
 
-def _is_single(arms: Sequence[Arm]) -> bool:
+def _is_single(arms: Sequence[Condition]) -> bool:
     """Tell whether there is but one run."""
     return sum(len(arm.runs) for arm in arms) == 1
 
 
-def _draw_lines(axes: Axes, arms: Sequence[Arm], column: str) -> None:
+def _draw_lines(axes: Axes, arms: Sequence[Condition], column: str) -> None:
     for arm, line in zip(arms, LINES, strict=False):
         band = arm.band(column)
         if len(arm.runs) > 1:
@@ -133,7 +133,7 @@ def _draw_lines(axes: Axes, arms: Sequence[Arm], column: str) -> None:
         axes.plot(band.generation, band.mean, marker=dot, **line)
 
 
-def _draw_spread(axes: Axes, arm: Arm, gene: str) -> None:
+def _draw_spread(axes: Axes, arm: Condition, gene: str) -> None:
     table = arm.runs[0].table
     for low, high in ((0.05, 0.95), (0.25, 0.75)):
         axes.fill_between(
@@ -144,12 +144,12 @@ def _draw_spread(axes: Axes, arm: Arm, gene: str) -> None:
         )
 
 
-def _highest(arms: Sequence[Arm], meta: str) -> float:
+def _highest(arms: Sequence[Condition], meta: str) -> float:
     """Return how large a meta-parameter can be in any of the arms."""
     return max(float(getattr(arm.config.heredity, f"highest_{meta}")) for arm in arms)
 
 
-def _add_legend(figure: Figure, arms: Sequence[Arm], title: str) -> None:
+def _add_legend(figure: Figure, arms: Sequence[Condition], title: str) -> None:
     """Put a legend on top and make room for it: each arm a line in its band, side by side as far as they fit."""
     labels = [arm.label for arm in arms]
     bands = [Patch(**band_look(line)) for line in LINES]

@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from crcolony.compiled import FloatArray
 from crcolony.config import Config
 from crcolony.learning.features import NormalizedRBF
-from crcolony.results.plots.conditions import Arm, PlotsError, Run
+from crcolony.results.plots.conditions import Condition, PlotError, Run
 from crcolony.results.plots.style import COLUMN_IN, new_figure
 from crcolony.robot.genes import agent_schema, decode
 from crcolony.robot.modules import MODULES
@@ -35,8 +35,8 @@ class _Row:
     config: Config
 
 
-def draw_potentials(arms: Sequence[Arm]) -> Figure:
-    """Draw a potential for each module; raises PlotsError if a history cannot be read."""
+def draw_potentials(arms: Sequence[Condition]) -> Figure:
+    """Draw a potential for each module; raises PlotError if a history cannot be read."""
     runs = [run for arm in arms for run in arm.runs]
     if len(runs) == 1:
         return _draw("Potentials of the agents that mated most", _best_of(runs[0]))
@@ -44,7 +44,7 @@ def draw_potentials(arms: Sequence[Arm]) -> Figure:
     return _draw("Mean potentials of the last generation's agents", means)
 
 
-def _shaped(arms: Sequence[Arm]) -> Sequence[Arm]:
+def _shaped(arms: Sequence[Condition]) -> Sequence[Condition]:
     """Leave out the arms whose potentials are flat, if there are others."""
     return [arm for arm in arms if arm.config.learning.shaping] or arms
 
@@ -58,7 +58,7 @@ def _best_of(run: Run) -> list[_Row]:
     ]
 
 
-def _mean_of(arm: Arm) -> _Row:
+def _mean_of(arm: Condition) -> _Row:
     """Return the mean over runs of the mean over all agents of the last generation that is drawn.
 
     A potential is linear in its genes: that of the mean genes is the mean potential.
@@ -70,7 +70,7 @@ def _mean_of(arm: Arm) -> _Row:
 
 
 def _read_agents(run: Run, generation: int) -> list[tuple[FloatArray, int]]:
-    """Return genes and matings of a generation's agents, those that mated most first; raises PlotsError."""
+    """Return genes and matings of a generation's agents, those that mated most first; raises PlotError."""
     path = run.folder / "history.sqlite"
     size = len(agent_schema(run.config.learning, run.config.heredity).genes)
     try:
@@ -82,9 +82,9 @@ def _read_agents(run: Run, generation: int) -> list[tuple[FloatArray, int]]:
             ).fetchall()
         agents = [(np.frombuffer(genes, dtype="<f8"), int(matings)) for genes, matings in rows]
     except (sqlite3.Error, TypeError, ValueError) as error:
-        raise PlotsError(f"{path}: {error}") from None
+        raise PlotError(f"{path}: {error}") from None
     if not agents or any(genes.size != size for genes, _ in agents):
-        raise PlotsError(f"{path}: corrupt: no agents of generation {generation} with {size} genes")
+        raise PlotError(f"{path}: corrupt: no agents of generation {generation} with {size} genes")
     return agents
 
 

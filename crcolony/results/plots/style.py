@@ -12,7 +12,7 @@ from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from crcolony.results.plots.conditions import PlotsError
+from crcolony.results.plots.conditions import PlotError
 from crcolony.storage.files import replace_file
 
 COLUMN_IN, PAGE_IN = 3.4, 7.0
@@ -97,7 +97,7 @@ def begin_axes(axes: Axes, title: str = "", top: float = 0.0) -> None:
 
 
 def write(figure: Figure, path: Path) -> Path:
-    """Write a figure whole or not at all, in the format of the name's ending; return its path. Raises PlotsError."""
+    """Write a figure whole or not at all, in the format of the name's ending; return its path. Raises PlotError."""
     format_ = path.suffix.removeprefix(".")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -105,5 +105,5 @@ def write(figure: Figure, path: Path) -> Path:
             path, lambda file: figure.savefig(file, format=format_, metadata=_UNDATED[format_])
         )
     except OSError as error:
-        raise PlotsError(f"{path}: cannot be written: {error.strerror}") from None
+        raise PlotError(f"{path}: cannot be written: {error.strerror}") from None
     return path

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crcolony.protocol.telemetry_messages import Scene
-from crcolony.telemetry.peer_settings import SettingsOf
-from crcolony_dashboards.rerun_streams import Moment, Stage
+from crcolony.telemetry.peer_settings import PeerSettings
+from crcolony_dashboards.rerun_streams import Moment, RerunStreams
 from crcolony_dashboards.tabs import palette
 from crcolony_dashboards.tabs.robot_markers import (
     Crowd,
@@ -23,8 +23,8 @@ from crcolony_dashboards.tabs.robot_markers import (
     crowd_of,
     offsets_m,
 )
-from crcolony_dashboards.throttle import Beat, Change
-from crcolony_dashboards.view_model.colony_view import MATING_S, MEETING_S, Spectator
+from crcolony_dashboards.throttle import ChangeDetector, Throttle
+from crcolony_dashboards.view_model.colony_view import MATING_S, MEETING_S, ColonyView
 from crcolony_dashboards.view_model.status_text import now_in_words
 
 if TYPE_CHECKING:
@@ -49,10 +49,10 @@ class ArenaTab:
     """Draws scenes as they come, at the pace of the arena (ten a second)."""
 
     def __init__(self) -> None:
-        self._often, self._at_times, self._seldom = Beat(0.1), Beat(0.2), Beat(1.0)
+        self._often, self._at_times, self._seldom = Throttle(0.1), Throttle(0.2), Throttle(1.0)
         self._drawn: object = None
-        self._frame, self._packs = Change(), Change()
-        self._looks, self._settings = LooksOf(), SettingsOf()
+        self._frame, self._packs = ChangeDetector(), ChangeDetector()
+        self._looks, self._settings = LooksOf(), PeerSettings()
         self._times_s: deque[float] = deque(maxlen=2)
         self._has_lines: set[str] = set()
 
@@ -92,10 +92,10 @@ class ArenaTab:
             name="Arena",
         )
 
-    def begin(self, stage: Stage) -> None:
+    def setup(self, stage: RerunStreams) -> None:
         """Nothing is there before an arena is seen."""
 
-    def draw(self, stage: Stage, spectator: Spectator, moment: Moment) -> None:
+    def draw(self, stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
         """Draw everybody where they are now, if there is anything new."""
         if self._seldom.is_due(moment.unix_s):
             self._draw_now(stage, spectator, moment)
@@ -117,7 +117,7 @@ class ArenaTab:
                 self._draw_trails(stage, scenes, crowd)
         self._draw_pairings(stage, spectator, crowd, moment)
 
-    def _draw_frame(self, stage: Stage, scenes: Sequence[Scene], moment: Moment) -> None:
+    def _draw_frame(self, stage: RerunStreams, scenes: Sequence[Scene], moment: Moment) -> None:
         """Draw walls when they have changed, and fit them into the view; y points up, as in the arena."""
         import rerun as rr
 
@@ -129,8 +129,8 @@ class ArenaTab:
             corners * (scene.width_m, scene.height_m) + np.array((offset_m, 0.0))
             for scene, offset_m in zip(scenes, offsets_m(scenes), strict=True)
         ]
-        stage.draw(ROOT, fit(np.concatenate(strips)))
-        stage.draw(
+        stage.log(ROOT, fit(np.concatenate(strips)))
+        stage.log(
             f"{ROOT}/walls",
             rr.LineStrips2D(
                 strips,
@@ -143,7 +143,7 @@ class ArenaTab:
         )
 
     @staticmethod
-    def _draw_packs(stage: Stage, scenes: Sequence[Scene], crowd: Crowd) -> None:
+    def _draw_packs(stage: RerunStreams, scenes: Sequence[Scene], crowd: Crowd) -> None:
         import rerun as rr
 
         packs = [
@@ -153,7 +153,7 @@ class ArenaTab:
         ]
         table = np.array(packs, dtype=float).reshape(-1, 3)
         colours = np.where(table[:, 2:] > 0.0, palette.PACK, palette.EMPTY_PACK)
-        stage.draw(
+        stage.log(
             f"{ROOT}/packs",
             rr.Points2D(
                 table[:, :2],
@@ -164,7 +164,9 @@ class ArenaTab:
         )
 
     @staticmethod
-    def _draw_robots(stage: Stage, spectator: Spectator, crowd: Crowd, looks: Looks) -> None:
+    def _draw_robots(
+        stage: RerunStreams, spectator: ColonyView, crowd: Crowd, looks: Looks
+    ) -> None:
         import rerun as rr
 
         is_labelled = len(crowd.robots) <= _LABELLED
@@ -184,24 +186,24 @@ class ArenaTab:
             colors=[palette.INK],
             draw_order=22.0,
         )
-        stage.draw(f"{ROOT}/energy", discs)
-        stage.draw(f"{ROOT}/robots", faces)
-        stage.draw(f"{ROOT}/headings", headings)
+        stage.log(f"{ROOT}/energy", discs)
+        stage.log(f"{ROOT}/robots", faces)
+        stage.log(f"{ROOT}/headings", headings)
 
     @staticmethod
-    def _draw_founders(stage: Stage, crowd: Crowd, looks: Looks) -> None:
+    def _draw_founders(stage: RerunStreams, crowd: Crowd, looks: Looks) -> None:
         import rerun as rr
 
         discs = rr.Points2D(crowd.points, radii=crowd.radius_m, colors=looks.founders)
-        stage.draw(f"{ROOT}/founders", discs)
+        stage.log(f"{ROOT}/founders", discs)
 
-    def _draw_trails(self, stage: Stage, scenes: Sequence[Scene], crowd: Crowd) -> None:
+    def _draw_trails(self, stage: RerunStreams, scenes: Sequence[Scene], crowd: Crowd) -> None:
         """Leave a small point where everybody is; the viewer shows those of the last seconds."""
         import rerun as rr
 
         self._times_s.append(scenes[0].tick * scenes[0].period_s if scenes else 0.0)
         is_smooth = 0.0 <= self._times_s[-1] - self._times_s[0] <= _JUMP_S
-        stage.draw(
+        stage.log(
             f"{ROOT}/trails",
             rr.Points2D(
                 crowd.points if is_smooth else np.zeros((0, 2)),
@@ -211,13 +213,13 @@ class ArenaTab:
             ),
         )
 
-    def _draw_fields(self, stage: Stage, spectator: Spectator, crowd: Crowd) -> None:
+    def _draw_fields(self, stage: RerunStreams, spectator: ColonyView, crowd: Crowd) -> None:
         """Draw what the cameras of a few robots see, as far as their arena has told it."""
         strips: list[Points] = []
         if len(crowd.robots) <= _FIELDS:
             shifts_m = offsets_m(spectator.scenes())
             for arena, shift_m in zip(spectator.arenas, shifts_m, strict=True):
-                body = self._settings.of_arena(arena.about)
+                body = self._settings.of_arena(arena.metadata)
                 if body is None or not body.camera or arena.scene is None:
                     continue
                 for seen in arena.scene.robots:
@@ -229,7 +231,7 @@ class ArenaTab:
         self._draw_lines(stage, "camera_fields", strips, colours, width=0.75, order=5.0)
 
     def _draw_pairings(
-        self, stage: Stage, spectator: Spectator, crowd: Crowd, moment: Moment
+        self, stage: RerunStreams, spectator: ColonyView, crowd: Crowd, moment: Moment
     ) -> None:
         """Draw lines between who has just met or mated; take them away again a moment later."""
         where = dict(zip(crowd.robots, crowd.points, strict=True)) if spectator.pairings else {}
@@ -251,7 +253,7 @@ class ArenaTab:
 
     def _draw_lines(
         self,
-        stage: Stage,
+        stage: RerunStreams,
         kind: str,
         lines: list[Points],
         colours: list[palette.Colour],
@@ -267,14 +269,14 @@ class ArenaTab:
             strips = rr.LineStrips2D(
                 lines, radii=radius, colors=palette.colours(colours), draw_order=order
             )
-            stage.draw(f"{ROOT}/{kind}", strips)
+            stage.log(f"{ROOT}/{kind}", strips)
 
     @staticmethod
-    def _draw_now(stage: Stage, spectator: Spectator, moment: Moment) -> None:
+    def _draw_now(stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
         import rerun as rr
 
         text = "\n".join(now_in_words(spectator))
-        stage.draw("/arena/now", rr.TextDocument(text, media_type="text/markdown"))
+        stage.log("/arena/now", rr.TextDocument(text, media_type="text/markdown"))
 
 
 def fit(corners_m: Points) -> object:

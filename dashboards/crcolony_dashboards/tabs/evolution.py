@@ -15,12 +15,12 @@ from crcolony.compiled import FloatArray
 from crcolony.learning.features import grid_axis
 from crcolony.robot.genes import META_PARAMETERS, agent_schema, decode, selector_inputs
 from crcolony.robot.modules import MODULES
-from crcolony.telemetry.peer_settings import Mind, SettingsOf
-from crcolony_dashboards.rerun_streams import Moment, Stage
+from crcolony.telemetry.peer_settings import Mind, PeerSettings
+from crcolony_dashboards.rerun_streams import Moment, RerunStreams
 from crcolony_dashboards.tabs import palette
 from crcolony_dashboards.tabs.tab import safe, whole_past
-from crcolony_dashboards.throttle import Beat, Change
-from crcolony_dashboards.view_model.colony_view import Colony, Spectator
+from crcolony_dashboards.throttle import ChangeDetector, Throttle
+from crcolony_dashboards.view_model.colony_view import Colony, ColonyView
 from crcolony_dashboards.view_model.generations import Generation, Spread
 from crcolony_dashboards.view_model.log_lines import number_of, robot_of
 
@@ -44,10 +44,10 @@ class EvolutionTab:
 
     def __init__(self, agent: str = "") -> None:
         self._agent = agent
-        self._beat = Beat(1.0)
-        self._settings = SettingsOf()
+        self._beat = Throttle(1.0)
+        self._settings = PeerSettings()
         self._styled: set[str] = set()
-        self._drawn, self._has_drawn = Change(), False
+        self._drawn, self._has_drawn = ChangeDetector(), False
 
     def layout(self) -> "rrb.Container":
         """Return the place of measures above, genes in the middle, and one agent below."""
@@ -97,27 +97,29 @@ class EvolutionTab:
             name="Evolution",
         )
 
-    def begin(self, stage: Stage) -> None:
+    def setup(self, stage: RerunStreams) -> None:
         """Nothing is there before a generation is over."""
 
-    def draw(self, stage: Stage, spectator: Spectator, moment: Moment) -> None:
+    def draw(self, stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
         """Draw generations that have ended since the last time."""
         if not self._beat.is_due(moment.unix_s):
             return
-        for colony, generation in spectator.ended(moment.unix_s):
-            stage.at(_end_of(generation, spectator.period_s(), moment))
+        for colony, generation in spectator.take_ended_generations(moment.unix_s):
+            stage.set_time(_end_of(generation, spectator.period_s(), moment))
             number = list(spectator.colonies).index(colony.name)
             self._draw_measures(stage, colony, generation, palette.series_colour(number))
             mind = self._mind_of(spectator, colony, generation.genotypes)
             if mind is not None:
                 self._draw_genes(stage, colony, generation, mind)
-        stage.at(moment)
+        stage.set_time(moment)
         self._draw_agent(stage, spectator, moment)
 
-    def _mind_of(self, spectator: Spectator, colony: Colony, genotypes: FloatArray) -> Mind | None:
+    def _mind_of(self, spectator: ColonyView, colony: Colony, genotypes: FloatArray) -> Mind | None:
         """Return how genes of a colony are read: as one of its robots says whose genes are as many."""
         for watched in spectator.alive:
-            mind = self._settings.of_robot(watched.about) if watched.colony == colony.name else None
+            mind = (
+                self._settings.of_robot(watched.metadata) if watched.colony == colony.name else None
+            )
             if mind is None or not _sees(mind):
                 continue
             if genotypes.shape[-1] == len(agent_schema(mind.learning, mind.heredity)):
@@ -125,7 +127,7 @@ class EvolutionTab:
         return None
 
     def _draw_measures(
-        self, stage: Stage, colony: Colony, generation: Generation, colour: palette.Colour
+        self, stage: RerunStreams, colony: Colony, generation: Generation, colour: palette.Colour
     ) -> None:
         import rerun as rr
 
@@ -139,18 +141,20 @@ class EvolutionTab:
                 colors=[colour],
                 widths=[2.0],
             )
-            stage.draw(path, mean)
+            stage.log(path, mean)
             if f"{path}_ends" not in self._styled:  # what the axis is scaled by: the band is not
                 self._styled.add(f"{path}_ends")
                 ends = rr.SeriesLines(
                     names=["mean - sd", "mean + sd"], colors=[_dimmed(colour)] * 2, widths=[0.5] * 2
                 )
-                stage.draw(f"{path}_ends", ends, static=True)
-            stage.draw(
+                stage.log(f"{path}_ends", ends, static=True)
+            stage.log(
                 f"{path}_ends", rr.Scalars([spread.mean - spread.sd, spread.mean + spread.sd])
             )
 
-    def _draw_genes(self, stage: Stage, colony: Colony, generation: Generation, mind: Mind) -> None:
+    def _draw_genes(
+        self, stage: RerunStreams, colony: Colony, generation: Generation, mind: Mind
+    ) -> None:
         import rerun as rr
 
         schema = agent_schema(mind.learning, mind.heredity)
@@ -170,13 +174,13 @@ class EvolutionTab:
                         marker_sizes=[1.2] * _CLOUD,
                     )
                     line = rr.SeriesLines(names=["median"], colors=[palette.INK], widths=[1.6])
-                    stage.draw(f"{path}/{name}", dots, static=True)
-                    stage.draw(f"{path}/{name}_median", line, static=True)
-                stage.draw(f"{path}/{name}", rr.Scalars(points))
-                stage.draw(f"{path}/{name}_median", rr.Scalars(float(np.median(genes[:, place]))))
+                    stage.log(f"{path}/{name}", dots, static=True)
+                    stage.log(f"{path}/{name}_median", line, static=True)
+                stage.log(f"{path}/{name}", rr.Scalars(points))
+                stage.log(f"{path}/{name}_median", rr.Scalars(float(np.median(genes[:, place]))))
         self._draw_selector(stage, colony, genes)
 
-    def _draw_selector(self, stage: Stage, colony: Colony, genes: FloatArray) -> None:
+    def _draw_selector(self, stage: RerunStreams, colony: Colony, genes: FloatArray) -> None:
         import rerun as rr
 
         inputs = selector_inputs()
@@ -185,10 +189,10 @@ class EvolutionTab:
             self._styled.add(path)
             names = [name.replace("_target_visible", "'s target visible") for name in inputs]
             colours = [palette.series_colour(k) for k in range(len(inputs))]
-            stage.draw(path, rr.SeriesLines(names=names, colors=colours), static=True)
-        stage.draw(path, rr.Scalars(genes[:, : len(inputs)].mean(axis=0)))
+            stage.log(path, rr.SeriesLines(names=names, colors=colours), static=True)
+        stage.log(path, rr.Scalars(genes[:, : len(inputs)].mean(axis=0)))
 
-    def _draw_agent(self, stage: Stage, spectator: Spectator, moment: Moment) -> None:
+    def _draw_agent(self, stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
         """Draw the potentials of one agent, when it is another than before."""
         import rerun as rr
 
@@ -202,12 +206,12 @@ class EvolutionTab:
         potentials = [potential(mind, of_module) for of_module in weights]
         for module, values in zip(MODULES, potentials, strict=True):
             path = f"/evolution/potential/{module.name}"
-            stage.draw(path, rr.Image(palette.heat(values[::-1])))
-            stage.draw(f"{path}/axes", _axes(mind))
+            stage.log(path, rr.Image(palette.heat(values[::-1])))
+            stage.log(f"{path}/axes", _axes(mind))
         text = agent_in_words(spectator, agent, genes, mind, potentials)
-        stage.draw("/evolution/agent", rr.TextDocument(text, media_type="text/markdown"))
+        stage.log("/evolution/agent", rr.TextDocument(text, media_type="text/markdown"))
 
-    def _choose(self, spectator: Spectator) -> tuple[str, Colony | None]:
+    def _choose(self, spectator: ColonyView) -> tuple[str, Colony | None]:
         for colony in spectator.colonies.values():
             if self._agent and colony.generations.genes_of(self._agent) is not None:
                 return self._agent, colony
@@ -249,7 +253,7 @@ def _responses(places: FloatArray, high: float, count: int) -> FloatArray:
 
 
 def agent_in_words(
-    spectator: Spectator,
+    spectator: ColonyView,
     agent: str,
     genes: FloatArray,
     mind: Mind,

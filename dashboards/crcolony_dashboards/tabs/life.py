@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crcolony.protocol.telemetry_messages import State
+from crcolony.protocol.telemetry_messages import RobotState
 from crcolony.robot.modules import MODULES
-from crcolony_dashboards.rerun_streams import Moment, Stage
+from crcolony_dashboards.rerun_streams import Moment, RerunStreams
 from crcolony_dashboards.tabs import palette
 from crcolony_dashboards.tabs.tab import FEW_ROBOTS, safe
-from crcolony_dashboards.throttle import Beat
-from crcolony_dashboards.view_model.colony_view import Spectator
+from crcolony_dashboards.throttle import Throttle
+from crcolony_dashboards.view_model.colony_view import ColonyView
 
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
@@ -25,7 +25,7 @@ class LifeTab:
     """Draws states twice a second, as often as robots tell theirs."""
 
     def __init__(self) -> None:
-        self._often, self._seldom = Beat(0.5), Beat(1.0)
+        self._often, self._seldom = Throttle(0.5), Throttle(1.0)
         self._styled: set[str] = set()
 
     def layout(self) -> "rrb.Container":
@@ -55,12 +55,12 @@ class LifeTab:
             name="Life",
         )
 
-    def begin(self, stage: Stage) -> None:
+    def setup(self, stage: RerunStreams) -> None:
         """Name the lines."""
         import rerun as rr
 
         greys = [(90, 96, 104), (140, 148, 158), palette.INK, (140, 148, 158), (90, 96, 104)]
-        stage.draw(
+        stage.log(
             "/life/energy/all",
             rr.SeriesLines(
                 names=[f"{round(100 * quantile)} %" for quantile in QUANTILES],
@@ -70,7 +70,7 @@ class LifeTab:
             static=True,
         )
 
-    def draw(self, stage: Stage, spectator: Spectator, moment: Moment) -> None:
+    def draw(self, stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
         """Draw how everybody is."""
         if self._seldom.is_due(moment.unix_s):
             self._draw_rates(stage, spectator)
@@ -91,19 +91,23 @@ class LifeTab:
                 mating = np.mean([state.module == len(MODULES) - 1 for state in in_colony])
                 self._line(stage, f"/life/mating_module/{safe(name)}", name, float(mating))
 
-    def _draw_energies(self, stage: Stage, spectator: Spectator, states: list[State]) -> None:
+    def _draw_energies(
+        self, stage: RerunStreams, spectator: ColonyView, states: list[RobotState]
+    ) -> None:
         for state in states:
             path = f"/life/energy/{safe(spectator.call(state.robot))}"
             self._line(stage, path, spectator.call(state.robot), state.energy)
 
     @staticmethod
-    def _draw_quantiles(stage: Stage, states: list[State]) -> None:
+    def _draw_quantiles(stage: RerunStreams, states: list[RobotState]) -> None:
         import rerun as rr
 
         energies = [state.energy for state in states]
-        stage.draw("/life/energy/all", rr.Scalars(np.quantile(energies, QUANTILES)))
+        stage.log("/life/energy/all", rr.Scalars(np.quantile(energies, QUANTILES)))
 
-    def _draw_modules(self, stage: Stage, spectator: Spectator, states: list[State]) -> None:
+    def _draw_modules(
+        self, stage: RerunStreams, spectator: ColonyView, states: list[RobotState]
+    ) -> None:
         """Draw changes of the module in use; a change within half a second is not seen."""
         import rerun as rr
 
@@ -113,15 +117,15 @@ class LifeTab:
                 self._styled.add(path)
                 names = [module.name for module in MODULES] + ["none"]
                 shown = [*palette.MODULES[: len(MODULES)], palette.STALE]
-                stage.draw(
+                stage.log(
                     path,
                     rr.StateConfiguration(values=names, labels=names, colors=shown),
                     static=True,
                 )
             in_use = MODULES[state.module].name if 0 <= state.module < len(MODULES) else "none"
-            stage.draw(path, rr.StateChange(state=in_use))
+            stage.log(path, rr.StateChange(state=in_use))
 
-    def _draw_rates(self, stage: Stage, spectator: Spectator) -> None:
+    def _draw_rates(self, stage: RerunStreams, spectator: ColonyView) -> None:
         for name, colony in spectator.colonies.items():
             rates = spectator.rates(colony)
             if rates is None:
@@ -131,7 +135,7 @@ class LifeTab:
                 path = f"/life/rates/{what}_{safe(name)}"
                 self._line(stage, path, many + what, rate)
 
-    def _line(self, stage: Stage, path: str, name: str, value: float) -> None:
+    def _line(self, stage: RerunStreams, path: str, name: str, value: float) -> None:
         """Add a point to a line, which is named when it is drawn first."""
         import rerun as rr
 
@@ -139,5 +143,5 @@ class LifeTab:
             colour = palette.series_colour(len(self._styled))
             self._styled.add(path)
             style = rr.SeriesLines(names=[name], colors=[colour], widths=[1.6])
-            stage.draw(path, style, static=True)
-        stage.draw(path, rr.Scalars(value))
+            stage.log(path, style, static=True)
+        stage.log(path, rr.Scalars(value))

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from crcolony.protocol.identity import RobotId
-from crcolony_dashboards.rerun_streams import Moment, Stage
+from crcolony_dashboards.rerun_streams import Moment, RerunStreams
 from crcolony_dashboards.tabs import palette
 from crcolony_dashboards.tabs.tab import safe, whole_past
-from crcolony_dashboards.throttle import Beat, Change
-from crcolony_dashboards.view_model.colony_view import Colony, Spectator
+from crcolony_dashboards.throttle import ChangeDetector, Throttle
+from crcolony_dashboards.view_model.colony_view import Colony, ColonyView
 from crcolony_dashboards.view_model.family_tree import Member
 from crcolony_dashboards.view_model.log_lines import number_of, robot_of
 
@@ -34,8 +34,8 @@ class LineageTab:
     """Draws the family when it has grown, every two seconds at most."""
 
     def __init__(self) -> None:
-        self._beat = Beat(2.0)
-        self._changes = Change()
+        self._beat = Throttle(2.0)
+        self._changes = ChangeDetector()
         self._lines: dict[str, set[int]] = {}
         """Of every colony the founders with lines of their own"""
 
@@ -63,10 +63,10 @@ class LineageTab:
             name="Lineage",
         )
 
-    def begin(self, stage: Stage) -> None:
+    def setup(self, stage: RerunStreams) -> None:
         """Nothing is there before somebody is born."""
 
-    def draw(self, stage: Stage, spectator: Spectator, moment: Moment) -> None:
+    def draw(self, stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
         """Draw family and founders, if anybody was born since, and now and then."""
         if not self._beat.is_due(moment.unix_s):
             return
@@ -80,7 +80,9 @@ class LineageTab:
         for colony in colonies:
             self._draw_founders(stage, spectator, colony)
 
-    def _draw_family(self, stage: Stage, spectator: Spectator, colonies: list[Colony]) -> None:
+    def _draw_family(
+        self, stage: RerunStreams, spectator: ColonyView, colonies: list[Colony]
+    ) -> None:
         import rerun as rr
 
         members: list[Member] = []
@@ -93,8 +95,8 @@ class LineageTab:
             for parent in (member.mother, member.father)
             if parent in shown and parent is not None
         ]
-        columns = _columns(members, [watched.robot for watched in spectator.watch.all])
-        stage.draw(
+        columns = _columns(members, [watched.robot for watched in spectator.monitor.all])
+        stage.log(
             "/lineage/family",
             rr.GraphNodes(
                 [member.agent for member in members],
@@ -112,7 +114,7 @@ class LineageTab:
             rr.GraphEdges(edges, graph_type="directed"),
         )
 
-    def _draw_founders(self, stage: Stage, spectator: Spectator, colony: Colony) -> None:
+    def _draw_founders(self, stage: RerunStreams, spectator: ColonyView, colony: Colony) -> None:
         import rerun as rr
 
         is_new = colony.name not in self._lines
@@ -120,7 +122,7 @@ class LineageTab:
         others = f"/lineage/founders/{safe(colony.name)}_others"
         if is_new:
             style = rr.SeriesLines(names=["all others"], colors=[palette.DIM], widths=[1.0])
-            stage.draw(others, style, static=True)
+            stage.log(others, style, static=True)
         founders = len(colony.family.founders)
         least = _LEAST_SHARE if founders <= _MOST_FOUNDERS else max(_LEAST_SHARE, _GROWN / founders)
         shares = colony.family.shares(watched.robot for watched in spectator.alive)
@@ -132,10 +134,10 @@ class LineageTab:
                 name = f"{spectator.call(robot_of(founder))} agent {number_of(founder)}"
                 colour = palette.founder_colour(number)
                 style = rr.SeriesLines(names=[name], colors=[colour], widths=[1.6])
-                stage.draw(_line_of(colony, number), style, static=True)
+                stage.log(_line_of(colony, number), style, static=True)
         for number in sorted(lines):  # who has died out too
-            stage.draw(_line_of(colony, number), rr.Scalars(shares.pop(number, 0.0)))
-        stage.draw(others, rr.Scalars(sum(shares.values())))
+            stage.log(_line_of(colony, number), rr.Scalars(shares.pop(number, 0.0)))
+        stage.log(others, rr.Scalars(sum(shares.values())))
 
 
 def _line_of(colony: Colony, founder: int) -> str:

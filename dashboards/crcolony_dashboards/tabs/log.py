@@ -2,9 +2,9 @@
 
 from typing import TYPE_CHECKING
 
-from crcolony_dashboards.rerun_streams import Moment, Stage
-from crcolony_dashboards.throttle import Beat
-from crcolony_dashboards.view_model.colony_view import Spectator
+from crcolony_dashboards.rerun_streams import Moment, RerunStreams
+from crcolony_dashboards.throttle import Throttle
+from crcolony_dashboards.view_model.colony_view import ColonyView
 
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
@@ -14,7 +14,7 @@ class LogTab:
     """Writes once a second."""
 
     def __init__(self) -> None:
-        self._beat = Beat(1.0)
+        self._beat = Throttle(1.0)
 
     def layout(self) -> "rrb.View":
         """Return the place of the log."""
@@ -22,13 +22,13 @@ class LogTab:
 
         return rrb.TextLogView(origin="/log", name="Log")
 
-    def begin(self, stage: Stage) -> None:
+    def setup(self, stage: RerunStreams) -> None:
         """Nothing was said yet."""
 
-    def draw(self, stage: Stage, spectator: Spectator, moment: Moment) -> None:
+    def draw(self, stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
         """Write what was said since the last time."""
         import rerun as rr
 
         if self._beat.is_due(moment.unix_s):
-            for line in spectator.lines():
-                stage.draw(f"/log/{line.kind}", rr.TextLog(line.text, level=line.level))
+            for line in spectator.take_log_lines():
+                stage.log(f"/log/{line.kind}", rr.TextLog(line.text, level=line.level))

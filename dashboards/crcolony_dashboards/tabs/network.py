@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crcolony.protocol.telemetry_messages import STALE_S
-from crcolony.telemetry.robot_status import Watched
-from crcolony_dashboards.rerun_streams import Moment, Stage
+from crcolony.protocol.telemetry_messages import SILENT_AFTER_S
+from crcolony.telemetry.robot_status import RobotStatus
+from crcolony_dashboards.rerun_streams import Moment, RerunStreams
 from crcolony_dashboards.tabs import palette
-from crcolony_dashboards.throttle import Beat, Change
-from crcolony_dashboards.view_model.colony_view import Spectator
+from crcolony_dashboards.throttle import ChangeDetector, Throttle
+from crcolony_dashboards.view_model.colony_view import ColonyView
 
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
@@ -36,9 +36,9 @@ class NetworkTab:
     """Draws once a second."""
 
     def __init__(self) -> None:
-        self._beat = Beat(1.0)
+        self._beat = Throttle(1.0)
         self._before: tuple[float, Counter[str], int] | None = None
-        self._sights = Change()
+        self._sights = ChangeDetector()
 
     def layout(self) -> "rrb.Container":
         """Return the place of who sees whom and of the table, with lines beside them."""
@@ -74,16 +74,16 @@ class NetworkTab:
             name="Network",
         )
 
-    def begin(self, stage: Stage) -> None:
+    def setup(self, stage: RerunStreams) -> None:
         """Name the lines."""
         import rerun as rr
 
         for name, names in _LINES.items():
             colours = [palette.series_colour(k) for k in range(len(names))]
             style = rr.SeriesLines(names=list(names), colors=colours)
-            stage.draw(f"/network/{name}", style, static=True)
+            stage.log(f"/network/{name}", style, static=True)
 
-    def draw(self, stage: Stage, spectator: Spectator, moment: Moment) -> None:
+    def draw(self, stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
         """Draw how the network is."""
         if not self._beat.is_due(moment.unix_s):
             return
@@ -91,14 +91,14 @@ class NetworkTab:
         self._draw_lines(stage, spectator, moment)
         self._draw_table(stage, spectator, moment)
 
-    def _draw_sights(self, stage: Stage, spectator: Spectator, moment: Moment) -> None:
+    def _draw_sights(self, stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
         import rerun as rr
 
         by_colony = sorted(spectator.alive, key=lambda watched: watched.colony)
         shown = by_colony[:_MOST_SEEN]
         picture = np.empty((len(shown), len(shown), 3), dtype=np.uint8)
         for row, watched in enumerate(shown):
-            peers = set(watched.about.peers) if watched.about is not None else None
+            peers = set(watched.metadata.peers) if watched.metadata is not None else None
             for column, other in enumerate(shown):
                 if row == column:
                     colour = ITSELF
@@ -111,12 +111,12 @@ class NetworkTab:
         if not self._sights.is_due((picture.tobytes(), names), moment.unix_s):
             return
         if not shown:
-            stage.draw("/network/sees", rr.Clear(recursive=True))
+            stage.log("/network/sees", rr.Clear(recursive=True))
             return
         cell = _PICTURE // len(shown)
-        stage.draw("/network/sees", rr.Image(picture.repeat(cell, axis=0).repeat(cell, axis=1)))
+        stage.log("/network/sees", rr.Image(picture.repeat(cell, axis=0).repeat(cell, axis=1)))
         middles = [(k + 0.5) * cell for k in range(len(shown))]
-        stage.draw(
+        stage.log(
             "/network/sees/names",
             rr.Points2D(
                 [(x, -0.04 * _PICTURE) for x in middles] + [(-0.05 * _PICTURE, y) for y in middles],
@@ -127,24 +127,24 @@ class NetworkTab:
             ),
         )
 
-    def _draw_lines(self, stage: Stage, spectator: Spectator, moment: Moment) -> None:
+    def _draw_lines(self, stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
         import rerun as rr
 
-        watch, states = spectator.watch, spectator.states()
+        watch, states = spectator.monitor, spectator.states()
         if self._before is not None:
             then_s, counts, size = self._before
             passed_s = max(1e-3, moment.unix_s - then_s)
-            kinds = [watch.messages[kind] - counts[kind] for kind in ("state", "event", "scene")]
+            kinds = [watch.samples[kind] - counts[kind] for kind in ("state", "event", "scene")]
             rates = [*kinds, (watch.bytes - size) / 1000.0]
-            stage.draw("/network/rates", rr.Scalars([rate / passed_s for rate in rates]))
-        self._before = (moment.unix_s, Counter(watch.messages), watch.bytes)
+            stage.log("/network/rates", rr.Scalars([rate / passed_s for rate in rates]))
+        self._before = (moment.unix_s, Counter(watch.samples), watch.bytes)
         alive = spectator.alive
-        ages = [moment.unix_s - watched.heard_s for watched in alive if watched.state is not None]
+        ages = [moment.unix_s - watched.updated_s for watched in alive if watched.state is not None]
         if ages:
-            stage.draw("/network/ages", rr.Scalars(np.quantile(ages, (0.5, 0.9, 1.0))))
+            stage.log("/network/ages", rr.Scalars(np.quantile(ages, (0.5, 0.9, 1.0))))
         if states:
             peers = np.quantile([state.peers for state in states], (0.0, 0.5, 1.0))
-            stage.draw("/network/peers", rr.Scalars(peers))
+            stage.log("/network/peers", rr.Scalars(peers))
         missed = sum(watched.missed for watched in watch.robots.values())
         lost = [
             missed,
@@ -153,22 +153,22 @@ class NetworkTab:
             watch.malformed,
             sum(state.faults for state in states),
         ]
-        stage.draw("/network/losses", rr.Scalars(lost))
+        stage.log("/network/losses", rr.Scalars(lost))
         hanging = [
             sum(state.waiting for state in states),
             sum(state.doubts for state in states),
             sum(state.orphaned for state in states),
         ]
-        stage.draw("/network/matings", rr.Scalars(hanging))
-        silent = sum(age_s > STALE_S for age_s in ages)
+        stage.log("/network/matings", rr.Scalars(hanging))
+        silent = sum(age_s > SILENT_AFTER_S for age_s in ages)
         restarts = sum(watched.restarts for watched in watch.robots.values())
-        stage.draw("/network/presence", rr.Scalars([len(alive), silent, restarts]))
+        stage.log("/network/presence", rr.Scalars([len(alive), silent, restarts]))
 
     @staticmethod
-    def _draw_table(stage: Stage, spectator: Spectator, moment: Moment) -> None:
+    def _draw_table(stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
         import rerun as rr
 
-        robots = spectator.watch.all
+        robots = spectator.monitor.all
         lines = [
             "| robot | | energy | gen | matings | children | sees | doubt | age | restarts |",
             "|---|---|---|---|---|---|---|---|---|---|",
@@ -177,16 +177,16 @@ class NetworkTab:
         if len(robots) > _MOST_ROWS:
             lines += ["", f"… and {len(robots) - _MOST_ROWS} more"]
         text = "\n".join(lines) if robots else "Nobody is on the network yet."
-        stage.draw("/network/robots", rr.TextDocument(text, media_type="text/markdown"))
+        stage.log("/network/robots", rr.TextDocument(text, media_type="text/markdown"))
 
 
-def _row(spectator: Spectator, watched: Watched, moment: Moment) -> str:
+def _row(spectator: ColonyView, watched: RobotStatus, moment: Moment) -> str:
     state, name = watched.state, spectator.call(watched.robot)
     is_stale = spectator.is_stale(watched, moment.unix_s)
     how = "gone" if not watched.is_alive else "silent" if is_stale else "alive"
     if state is None:
         return f"| {name} | {how} | | | | | | | | |"
-    age_s = max(0.0, moment.unix_s - watched.heard_s)
+    age_s = max(0.0, moment.unix_s - watched.updated_s)
     doubt = f"{state.doubts}" + (f" ({state.orphaned} orphaned)" if state.orphaned else "")
     return (
         f"| {name} | {how} | {state.energy:.2f} | {state.generation} | {state.matings}"

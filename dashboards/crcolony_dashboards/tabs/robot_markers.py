@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crcolony.protocol.identity import RobotId
-from crcolony.protocol.telemetry_messages import STALE_S, Scene
+from crcolony.protocol.telemetry_messages import SILENT_AFTER_S, Scene
 from crcolony_dashboards.tabs import palette
 from crcolony_dashboards.tabs.palette import Colours
-from crcolony_dashboards.throttle import Beat
-from crcolony_dashboards.view_model.colony_view import Spectator
+from crcolony_dashboards.throttle import Throttle
+from crcolony_dashboards.view_model.colony_view import ColonyView
 
 GAP_M = 0.4
 """Between two arenas, which stand side by side"""
@@ -82,23 +82,23 @@ class LooksOf:
     """Looks up colours, and remembers them for a moment."""
 
     def __init__(self) -> None:
-        self._beat = Beat(_LOOKS_S)
+        self._beat = Throttle(_LOOKS_S)
         nobody = palette.colours([])
         self._looks = Looks([], nobody, nobody, nobody, [])
         self._founders: dict[RobotId, tuple[str, palette.Colour]] = {}
 
-    def of(self, spectator: Spectator, crowd: Crowd, unix_s: float) -> Looks:
+    def of(self, spectator: ColonyView, crowd: Crowd, unix_s: float) -> Looks:
         """Return how robots look now; who is silent, or whose arena is, is grey."""
         if self._beat.is_due(unix_s) or crowd.robots != self._looks.robots:
             self._looks = self._look(spectator, crowd, unix_s)
         return self._looks
 
-    def _look(self, spectator: Spectator, crowd: Crowd, unix_s: float) -> Looks:
-        robots = spectator.watch.robots
+    def _look(self, spectator: ColonyView, crowd: Crowd, unix_s: float) -> Looks:
+        robots = spectator.monitor.robots
         quiet = {
             seen.robot
             for arena in spectator.arenas
-            if arena.scene is not None and unix_s - arena.heard_s > STALE_S
+            if arena.scene is not None and unix_s - arena.updated_s > SILENT_AFTER_S
             for seen in arena.scene.robots
         }
         stale, energies, modules, founders = [], [], [], []
@@ -123,7 +123,7 @@ class LooksOf:
             stale,
         )
 
-    def _founder(self, spectator: Spectator, robot: RobotId, agent: str) -> palette.Colour:
+    def _founder(self, spectator: ColonyView, robot: RobotId, agent: str) -> palette.Colour:
         known = self._founders.get(robot)
         if known is not None and known[0] == agent:
             return known[1]

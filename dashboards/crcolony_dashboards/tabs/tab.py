@@ -3,8 +3,8 @@
 import re
 from typing import TYPE_CHECKING, Protocol
 
-from crcolony_dashboards.rerun_streams import Moment, Stage
-from crcolony_dashboards.view_model.colony_view import Spectator
+from crcolony_dashboards.rerun_streams import Moment, RerunStreams
+from crcolony_dashboards.view_model.colony_view import ColonyView
 
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
@@ -20,11 +20,11 @@ class Tab(Protocol):
         """Return its place in the blueprint."""
         ...
 
-    def begin(self, stage: Stage) -> None:
+    def setup(self, stage: RerunStreams) -> None:
         """Draw what never changes."""
         ...
 
-    def draw(self, stage: Stage, spectator: Spectator, moment: Moment) -> None:
+    def draw(self, stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
         """Draw what is due at this moment."""
         ...
 

@@ -9,12 +9,19 @@ from dataclasses import dataclass, field
 
 from crcolony.evolution.history import Born, Lived
 from crcolony.protocol.identity import RobotId
-from crcolony.protocol.telemetry_messages import STALE_S, Exchanged, Met, Scene, State, Told
-from crcolony.telemetry.colony_monitor import Watch
-from crcolony.telemetry.robot_status import Watched, WatchedArena
-from crcolony.telemetry.status_changes import Happened, News
-from crcolony_dashboards.throttle import Beat
-from crcolony_dashboards.view_model.family_tree import Family
+from crcolony.protocol.telemetry_messages import (
+    SILENT_AFTER_S,
+    EventMessage,
+    Exchanged,
+    Met,
+    RobotState,
+    Scene,
+)
+from crcolony.telemetry.colony_monitor import ColonyMonitor
+from crcolony.telemetry.robot_status import ArenaStatus, RobotStatus
+from crcolony.telemetry.status_changes import EventReceived, StatusChange
+from crcolony_dashboards.throttle import Throttle
+from crcolony_dashboards.view_model.family_tree import FamilyTree
 from crcolony_dashboards.view_model.generations import Generation, Generations
 from crcolony_dashboards.view_model.log_lines import Line, in_words
 from crcolony_dashboards.view_model.plausibility import MOST_S, is_sound_event, is_sound_scene
@@ -61,7 +68,7 @@ class Colony:
 
     name: str
     generations: Generations = field(default_factory=Generations)
-    family: Family = field(default_factory=Family)
+    family: FamilyTree = field(default_factory=FamilyTree)
     matings: float = 0.0
     captures: float = 0.0
     samples: deque[tuple[float, Sample]] = field(default_factory=deque)
@@ -71,61 +78,61 @@ class Colony:
     """Whether all its robots have gone: one of that name that begins with founders is another"""
 
 
-class Spectator:
+class ColonyView:
     """Takes news, in order, and knows what the dashboard draws."""
 
-    def __init__(self, watch: Watch) -> None:
-        self.watch = watch
+    def __init__(self, watch: ColonyMonitor) -> None:
+        self.monitor = watch
         self.colonies: dict[str, Colony] = {}
         self.pairings: deque[Pairing] = deque(maxlen=_MOST_PAIRS)
         """Meetings and matings of the last moments, the oldest first"""
         self._known_pairings: dict[object, Pairing] = {}
         self._lines: list[Line] = []
         self._said: Counter[str] = Counter()
-        self._counted: dict[RobotId, State] = {}
+        self._counted: dict[RobotId, RobotState] = {}
         self._clock = ""
         """The arena whose time it is; empty: nobody's but the wall's"""
-        self.alive: list[Watched] = []
+        self.alive: list[RobotStatus] = []
         """Who is on the network, in order of their number and id"""
-        self.arenas: list[WatchedArena] = []
+        self.arenas: list[ArenaStatus] = []
         """Of which anything was seen that can be drawn, in order of their name"""
-        self._states: dict[str, list[State]] = {}
+        self._states: dict[str, list[RobotState]] = {}
         self._names: dict[RobotId, str] = {}
-        self._looking = Beat(0.5)
+        self._looking = Throttle(0.5)
 
     # What comes in --------------------------------------------------------------------------------------------------
 
-    def take(self, news: News, unix_s: float) -> None:
+    def handle_change(self, news: StatusChange, unix_s: float) -> None:
         """Take one piece of news."""
         line = in_words(news, self.call)
         if line is not None:
             self._said[line.kind] += 1
             if self._said[line.kind] <= _LINES_PER_S:
                 self._lines.append(line)
-        if isinstance(news, Happened):
+        if isinstance(news, EventReceived):
             self._happened(news, unix_s)
 
-    def _happened(self, news: Happened, unix_s: float) -> None:
-        told, event = news.told, news.told.event
+    def _happened(self, news: EventReceived, unix_s: float) -> None:
+        told, event = news.message, news.message.event
         if isinstance(event, Met | Exchanged) and not self._is_long_ago(told):
             self._show(told.robot, event, unix_s)
         colony = self.colony_of(told.robot)
         if colony is None:
             return
         if isinstance(event, Exchanged):
-            colony.generations.exchanged(event)
+            colony.generations.add_mating(event)
         elif isinstance(event, Born) and is_sound_event(event):
             if colony.is_over and event.generation == 0:
                 colony = self.colonies[colony.name] = Colony(colony.name)
             colony.is_over = False
-            colony.generations.born(told.robot, event)
-            colony.family.born(told.robot, event)
+            colony.generations.add_birth(told.robot, event)
+            colony.family.add_birth(told.robot, event)
         elif isinstance(event, Lived) and is_sound_event(event):
-            colony.generations.lived(event, told.unix_ms / 1000.0, unix_s)
+            colony.generations.add_lifetime(event, told.unix_ms / 1000.0, unix_s)
 
-    def _is_long_ago(self, told: Told) -> bool:
+    def _is_long_ago(self, told: EventMessage) -> bool:
         """Tell whether something was missed and is told only now, by the clock of who tells it."""
-        watched = self.watch.robots.get(told.robot)
+        watched = self.monitor.robots.get(told.robot)
         state = watched.state if watched is not None else None
         return state is not None and state.unix_ms - told.unix_ms > 1000.0 * _NEWS_S
 
@@ -148,9 +155,9 @@ class Spectator:
         self.pairings.append(pairing)
         return pairing
 
-    def look(self, unix_s: float) -> None:
+    def refresh(self, unix_s: float) -> None:
         """See who is there now, and forget what was shown long enough."""
-        arenas = self.watch.arenas
+        arenas = self.monitor.arenas
         scenes = {name: arena.scene for name, arena in sorted(arenas.items())}
         self.arenas = [
             arenas[name] for name, scene in scenes.items() if scene and is_sound_scene(scene)
@@ -166,7 +173,7 @@ class Spectator:
             }
 
     def _look_at_robots(self) -> None:
-        self.alive = self.watch.alive
+        self.alive = self.monitor.alive
         self._states = {name: [] for name in self.colonies}
         for watched in self.alive:
             if watched.state is not None and self.colony_of(watched.robot) is not None:
@@ -183,9 +190,11 @@ class Spectator:
         return self._names.get(robot, robot.hex()[:8])
 
     def _name_all(self) -> dict[RobotId, str]:
-        numbers = Counter((w.colony, w.state.number) for w in self.watch.robots.values() if w.state)
+        numbers = Counter(
+            (w.colony, w.state.number) for w in self.monitor.robots.values() if w.state
+        )
         names = {}
-        for robot, watched in self.watch.robots.items():
+        for robot, watched in self.monitor.robots.items():
             number = watched.state.number if watched.state is not None else None
             is_own = number is not None and numbers[watched.colony, number] == 1
             name = f"#{number}" if is_own else robot.hex()[:8]
@@ -194,7 +203,7 @@ class Spectator:
 
     def colony_of(self, robot: RobotId) -> Colony | None:
         """Return the colony of a robot, if it is one of those that are told apart."""
-        watched = self.watch.robots.get(robot)
+        watched = self.monitor.robots.get(robot)
         if watched is None:
             return None
         colony = self.colonies.get(watched.colony)
@@ -212,7 +221,7 @@ class Spectator:
             del self.colonies[over]
         return True
 
-    def lines(self) -> list[Line]:
+    def take_log_lines(self) -> list[Line]:
         """Return what was said since the last time, with how much more of it there was; ask once a second."""
         lines, self._lines = self._lines, []
         for kind, count in self._said.items():
@@ -221,17 +230,17 @@ class Spectator:
         self._said.clear()
         return lines
 
-    def ended(self, unix_s: float) -> list[tuple[Colony, Generation]]:
+    def take_ended_generations(self, unix_s: float) -> list[tuple[Colony, Generation]]:
         """Return the generations that are over since the last time."""
         over = []
         for colony in self.colonies.values():
             present = {state.robot: state.generation for state in self.states(colony.name)}
-            for generation in colony.generations.over(present, unix_s):
+            for generation in colony.generations.take_ended(present, unix_s):
                 colony.best = generation.best
                 over.append((colony, generation))
         return over
 
-    def states(self, colony: str | None = None) -> list[State]:
+    def states(self, colony: str | None = None) -> list[RobotState]:
         """Return how those are who are on the network, of one colony or all that are told apart."""
         if colony is not None:
             return self._states.get(colony, [])
@@ -241,9 +250,11 @@ class Spectator:
         """Return the arenas as they were seen last, in order of their names."""
         return [arena.scene for arena in self.arenas if arena.scene is not None]
 
-    def is_stale(self, watched: Watched | None, unix_s: float) -> bool:
+    def is_stale(self, watched: RobotStatus | None, unix_s: float) -> bool:
         """Tell whether nothing was heard of a robot for a while."""
-        return watched is None or not watched.is_alive or unix_s - watched.heard_s > STALE_S
+        return (
+            watched is None or not watched.is_alive or unix_s - watched.updated_s > SILENT_AFTER_S
+        )
 
     def sim_s(self) -> float | None:
         """Return the time of the first arena, as it says or, if it has fallen silent, as its robots say; else None."""
@@ -263,7 +274,7 @@ class Spectator:
         """Return the generation that the last robot of all has reached."""
         return min((state.generation for state in self.states()), default=0)
 
-    def count(self, unix_s: float) -> None:
+    def update_rates(self, unix_s: float) -> None:
         """Count matings and captures on, from what robots tell of themselves; called once a second or so."""
         for watched in self.alive:
             state, colony = watched.state, self.colony_of(watched.robot)
@@ -274,8 +285,8 @@ class Spectator:
             if before is not None:
                 colony.matings += max(0, state.matings - before.matings) / 2.0
                 colony.captures += max(0, state.captures - before.captures)
-        if len(self._counted) > len(self.watch.robots):
-            robots = self.watch.robots
+        if len(self._counted) > len(self.monitor.robots):
+            robots = self.monitor.robots
             self._counted = {who: state for who, state in self._counted.items() if who in robots}
         self._sample(unix_s)
 

@@ -41,7 +41,7 @@ class Member:
     """The founder of most of its genes"""
 
 
-class Family:
+class FamilyTree:
     """Takes the births of a colony. Founders are numbered in the order in which they were heard of."""
 
     def __init__(self) -> None:
@@ -62,7 +62,7 @@ class Family:
     def __getitem__(self, agent: str) -> Member | None:
         return self._members.get(agent)
 
-    def born(self, robot: RobotId, event: Born) -> None:
+    def add_birth(self, robot: RobotId, event: Born) -> None:
         """Take a birth; one that was taken before changes nothing."""
         if event.agent in self._members:
             return

@@ -71,7 +71,7 @@ class Generations:
         self._births: OrderedDict[str, bytes] = OrderedDict()
         self._conceptions: OrderedDict[str, int] = OrderedDict()
 
-    def born(self, robot: RobotId, event: Born) -> None:
+    def add_birth(self, robot: RobotId, event: Born) -> None:
         """Take a birth."""
         if event.generation - 1 in self._lives:
             self._next[event.generation - 1].add(robot)
@@ -79,13 +79,13 @@ class Generations:
         if len(self._births) > _MOST_AGENTS:
             self._births.popitem(last=False)
 
-    def exchanged(self, event: Exchanged) -> None:
+    def add_mating(self, event: Exchanged) -> None:
         """Take one side of a mating."""
         self._conceptions[event.agent] = self._conceptions.get(event.agent, 0) + event.conceived
         if len(self._conceptions) > _MOST_AGENTS:
             self._conceptions.popitem(last=False)
 
-    def lived(self, event: Lived, told_s: float, unix_s: float) -> None:
+    def add_lifetime(self, event: Lived, told_s: float, unix_s: float) -> None:
         """Take what an agent made of its life, told then and heard now; of a generation that is over, too late."""
         number = event.generation
         if number <= self.last:
@@ -105,7 +105,7 @@ class Generations:
         genes = self._births.get(agent)
         return None if genes is None else np.frombuffer(genes, dtype="<f8")
 
-    def over(self, present: Mapping[RobotId, int], unix_s: float) -> list[Generation]:
+    def take_ended(self, present: Mapping[RobotId, int], unix_s: float) -> list[Generation]:
         """Return generations that have come to an end, in order; `present` says in which one every robot lives now."""
         over = [number for number in self._lives if self._is_over(number, present, unix_s)]
         self.last = max(over, default=self.last)

@@ -6,15 +6,15 @@ from typing import Literal
 
 from crcolony.evolution.history import Died, TurnedOver
 from crcolony.protocol.identity import RobotId
-from crcolony.protocol.telemetry_messages import Ended, Exchanged, Fault, Told
+from crcolony.protocol.telemetry_messages import EncounterOutcome, EventMessage, Exchanged, Fault
 from crcolony.telemetry.status_changes import (
-    Appeared,
-    ArenaAppeared,
-    ArenaVanished,
-    Happened,
-    News,
-    Restarted,
-    Vanished,
+    ArenaJoined,
+    ArenaLeft,
+    EventReceived,
+    RobotJoined,
+    RobotLeft,
+    RobotRestarted,
+    StatusChange,
 )
 
 Level = Literal["INFO", "WARN", "ERROR"]
@@ -43,25 +43,25 @@ class Line:
     level: Level = "INFO"
 
 
-def in_words(news: News, call: Call) -> Line | None:
+def in_words(news: StatusChange, call: Call) -> Line | None:
     """Say what has happened, or nothing where it is too ordinary."""
     match news:
-        case Happened(told=told):
-            return _event_in_words(told, call)
-        case Appeared(robot=robot):
+        case EventReceived(message=message):
+            return _event_in_words(message, call)
+        case RobotJoined(robot=robot):
             return Line("presence", f"{call(robot)} is here")
-        case Vanished(robot=robot):
+        case RobotLeft(robot=robot):
             return Line("presence", f"{call(robot)} is gone", "WARN")
-        case Restarted(robot=robot, life=life):
-            return Line("presence", f"{call(robot)} has begun anew: life {life}", "WARN")
-        case ArenaAppeared(arena=arena):
+        case RobotRestarted(robot=robot, incarnation=incarnation):
+            return Line("presence", f"{call(robot)} has begun anew: life {incarnation}", "WARN")
+        case ArenaJoined(arena=arena):
             return Line("presence", f"arena {arena} is here")
-        case ArenaVanished(arena=arena):
+        case ArenaLeft(arena=arena):
             return Line("presence", f"arena {arena} is gone", "WARN")
     return None
 
 
-def _event_in_words(told: Told, call: Call) -> Line | None:
+def _event_in_words(told: EventMessage, call: Call) -> Line | None:
     me = call(told.robot)
     match told.event:
         case Exchanged(encounter=encounter) as event:
@@ -76,7 +76,7 @@ def _event_in_words(told: Told, call: Call) -> Line | None:
             return Line(
                 "turnover", f"{me} begins generation {generation} from {offspring} offspring"
             )
-        case Ended(outcome=outcome, peer=peer, reason=reason) if outcome in _OUTCOMES:
+        case EncounterOutcome(outcome=outcome, peer=peer, reason=reason) if outcome in _OUTCOMES:
             why = f" ({reason})" if reason else ""
             text = f"{me}: the mating with {call(peer)} {_OUTCOMES[outcome]}{why}"
             return Line("encounter", text, "WARN" if outcome in _WORRYING else "INFO")

@@ -2,12 +2,12 @@
 
 from statistics import fmean
 
-from crcolony_dashboards.view_model.colony_view import Spectator
+from crcolony_dashboards.view_model.colony_view import ColonyView
 
 
-def now_in_words(spectator: Spectator) -> list[str]:
+def now_in_words(spectator: ColonyView) -> list[str]:
     """Say how the colonies are now, as lines of Markdown."""
-    watch = spectator.watch
+    watch = spectator.monitor
     alive = len(spectator.alive)
     gone = sum(not watched.is_alive for watched in watch.robots.values())
     if not watch.robots and not watch.arenas:
@@ -27,7 +27,7 @@ def now_in_words(spectator: Spectator) -> list[str]:
     return lines
 
 
-def _colony_in_words(spectator: Spectator, name: str) -> list[str]:
+def _colony_in_words(spectator: ColonyView, name: str) -> list[str]:
     states = spectator.states(name)
     if not states:
         return []

@@ -17,7 +17,7 @@ from crcolony.config import Config
 from crcolony.experiments.paper3_survival import arms_of
 from crcolony.experiments.statistics import report
 from crcolony.experiments.sweep import Outcome, read_outcome
-from crcolony.storage.files import ResultsError
+from crcolony.storage.files import FolderError
 from tests.support.small_colony import SMALL
 
 FAST = [word for setting in SMALL for word in ("--set", setting)]
@@ -126,5 +126,5 @@ def test_the_report_says_what_scipy_says() -> None:
 
 def test_a_folder_without_a_whole_run_is_refused(tmp_path: Path) -> None:
     """Its name is said."""
-    with pytest.raises(ResultsError, match="not the results of a whole run"):
+    with pytest.raises(FolderError, match="not the results of a whole run"):
         read_outcome("implicit", tmp_path)

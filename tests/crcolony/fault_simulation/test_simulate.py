@@ -15,13 +15,13 @@ import pytest
 from crcolony.fault_simulation.faults import Faults, draw_faults
 from crcolony.fault_simulation.simulate import Report, simulate
 from crcolony.nodes import mating_driver
-from crcolony.nodes.mating_driver import Exchanges
+from crcolony.nodes.mating_driver import MatingDriver
 from crcolony.nodes.robot_node import RobotNode
-from crcolony.protocol.encounters import Effect, Record, Send
-from crcolony.protocol.mating import Mating
+from crcolony.protocol.encounters import Effect, EncounterRecord, Send
+from crcolony.protocol.mating import MatingStateMachine
 from crcolony.protocol.mating_messages import Accept
 from crcolony.storage.rows import Decision
-from crcolony.storage.store import Store
+from crcolony.storage.store import RobotStore
 
 SEEDS, CHUNK = int(os.environ.get("SIMULATED_SEEDS", "200")), 10
 
@@ -139,26 +139,28 @@ class TestSabotage:
 
     def test_saying_before_writing(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """A robot that says what is not on its disk yet is heard doing so."""
-        carry_out = Exchanges._carry_out
+        carry_out = MatingDriver._carry_out
 
-        def say_first(self: Exchanges, now_s: float, effects: list[Effect]) -> None:
+        def say_first(self: MatingDriver, now_s: float, effects: list[Effect]) -> None:
             carry_out(self, now_s, sorted(effects, key=lambda effect: not isinstance(effect, Send)))
 
-        monkeypatch.setattr(Exchanges, "_carry_out", say_first)
+        monkeypatch.setattr(MatingDriver, "_carry_out", say_first)
         assert_caught("but on its disk is", Faults())
 
     def test_forgetting_decisions_that_are_younger_than_the_snapshot(
         self, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         """A robot that comes back without what it conceived last is noticed."""
-        monkeypatch.setattr(Store, "decisions_since", lambda self: [])
+        monkeypatch.setattr(RobotStore, "decisions_since", lambda self: [])
         assert_caught("a conception is lost in a restart", STRUCK)
 
     def test_drawing_the_same_numbers_again(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """A robot that comes back with randomness it has used already is noticed."""
         relive = RobotNode._relive
 
-        def relive_without_stream(self: RobotNode, record: Record, decision: Decision) -> None:
+        def relive_without_stream(
+            self: RobotNode, record: EncounterRecord, decision: Decision
+        ) -> None:
             stream = self.robot.stream.copy()
             relive(self, record, decision)
             self.robot.stream[...] = stream
@@ -168,17 +170,17 @@ class TestSabotage:
 
     def test_believing_letters_of_another_colony(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """A robot that takes genes signed for another colony has genes its partner did not give."""
-        monkeypatch.setattr(mating_driver, "is_genuine", lambda letter, colony: True)
+        monkeypatch.setattr(mating_driver, "has_valid_signature", lambda letter, colony: True)
         assert_caught("has genes its partner did not give", Faults(forgery=0.5, tail=0.1))
 
     def test_believing_a_commit_of_another_colony(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """A responder that takes a decision signed for another colony mates alone."""
-        monkeypatch.setattr(mating_driver, "is_genuine", lambda letter, colony: True)
+        monkeypatch.setattr(mating_driver, "has_valid_signature", lambda letter, colony: True)
         assert_caught("only one of the two mated", Faults(forgery=0.5, tail=0.1, loss=0.2))
 
     def test_not_undoing_what_a_full_disk_refused(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """A robot that goes on as if its disk had taken a decision is heard claiming it."""
-        monkeypatch.setattr(Mating, "undo", lambda self, now_s, write: [])
+        monkeypatch.setattr(MatingStateMachine, "undo", lambda self, now_s, write: [])
         assert_caught("but on its disk is", FULL)
 
     def test_keeping_an_offspring_that_a_full_disk_refused(
@@ -196,26 +198,30 @@ class TestSabotage:
 
     def test_forgetting_what_is_open(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """A robot that comes back without its open encounters leaves its partner alone with a mating."""
-        monkeypatch.setattr(Store, "open_records", lambda self: [])
+        monkeypatch.setattr(RobotStore, "open_records", lambda self: [])
         assert_caught("only one of the two mated", STRUCK)
 
     def test_beginning_the_same_life_twice(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """A robot that does not count its starts is noticed."""
-        monkeypatch.setattr(Store, "begin_life", lambda self, unix_s: 5)
+        monkeypatch.setattr(RobotStore, "begin_incarnation", lambda self, unix_s: 5)
         assert_caught("lives 5 twice", STRUCK, seeds=1)
 
     def test_leaving_a_partner_in_doubt(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """An initiator that does not answer what it has never decided leaves its partner waiting for ever."""
-        on_accept = Mating._on_accept
+        on_accept = MatingStateMachine._on_accept
 
         def only_known(
-            self: Mating, now_s: float, message: Accept, letter: bytes, waiting: "object"
+            self: MatingStateMachine,
+            now_s: float,
+            message: Accept,
+            letter: bytes,
+            waiting: "object",
         ) -> list[Effect]:
             if waiting is None:
                 return []
             return on_accept(self, now_s, message, letter, waiting)  # type: ignore[arg-type]
 
-        monkeypatch.setattr(Mating, "_on_accept", only_known)
+        monkeypatch.setattr(MatingStateMachine, "_on_accept", only_known)
         assert_caught("still prepared at the end", STRUCK)
 
     def test_an_error_nobody_expected(self, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -224,5 +230,5 @@ class TestSabotage:
         def fail(self: RobotNode, now_s: float) -> None:
             raise KeyError("sabotage")
 
-        monkeypatch.setattr(RobotNode, "let_time_pass", fail)
-        assert_caught("KeyError at test_simulation.py", Faults(loss=0.3), seeds=3)
+        monkeypatch.setattr(RobotNode, "handle_timeouts", fail)
+        assert_caught("KeyError at test_simulate.py", Faults(loss=0.3), seeds=3)

@@ -6,7 +6,7 @@ import pytest
 from crcolony.body import contract
 from crcolony.evolution.genotype import genotype_digest
 from crcolony.evolution.history import Born, Died, Lived, Mated, TurnedOver
-from crcolony.in_process.colony import EmbeddedColony
+from crcolony.in_process.colony import InProcessColony
 from tests.support.small_colony import Recorder, history, live, new_colony, small
 
 
@@ -37,11 +37,11 @@ def test_the_same_seed_gives_the_same_history_and_another_seed_another() -> None
 def test_saving_and_restoring_mid_lifetime_changes_nothing(settings: tuple[str, ...]) -> None:
     """A colony restored into a new one at an odd moment goes on to the same history, bit for bit."""
     whole, expected = new_colony(*settings)
-    whole.begin()
+    whole.start()
     whole.run(777)
     recorder = Recorder()
     recorder.hash.state = expected.hash.state
-    other = EmbeddedColony(small(*settings), recorder)
+    other = InProcessColony(small(*settings), recorder)
     other.restore(whole.save())
     live(whole)
     live(other)
@@ -53,7 +53,7 @@ def test_saving_and_restoring_mid_lifetime_changes_nothing(settings: tuple[str, 
 def test_a_saved_colony_is_a_copy_that_its_owner_does_not_change() -> None:
     """Living on leaves it as it was, so that one can go back to it."""
     colony, _ = new_colony()
-    colony.begin()
+    colony.start()
     colony.run(100)
     saved = colony.save()
     colony.run(500)
@@ -71,7 +71,7 @@ def test_how_ticks_are_cut_into_pieces_changes_nothing() -> None:
 def test_a_saved_colony_of_other_settings_is_refused() -> None:
     """With another number of robots, agents or packs it does not fit."""
     colony, _ = new_colony()
-    colony.begin()
+    colony.start()
     for setting in ("robots=5", "life.agents=5", "arena.packs=3", "learning.tilings=2"):
         with pytest.raises(ValueError):
             new_colony(setting)[0].restore(colony.save())
@@ -80,7 +80,7 @@ def test_a_saved_colony_of_other_settings_is_refused() -> None:
 def test_every_mating_is_between_two_robots_that_face_each_other_in_range() -> None:
     """In the tick of the event, both see the other ahead, both beacons are on, and both are told the same nonce."""
     colony, recorder = new_colony()
-    colony.begin()
+    colony.start()
     seen = 0
     for _ in range(20_000):
         colony.run(1)
@@ -104,7 +104,7 @@ def test_every_mating_is_between_two_robots_that_face_each_other_in_range() -> N
 def test_an_offspring_is_born_of_two_agents_that_mated_and_one_that_conceived() -> None:
     """A child has a mother who conceived from its father in the generation before, or is her mutated copy."""
     colony, recorder = new_colony()
-    colony.begin()
+    colony.start()
     live(colony, 4)
     conceived = {(m.agent, m.partner) for m in recorder.all(Mated) if m.conceived}
     conceived |= {(m.partner, m.agent) for m in recorder.all(Mated) if m.partner_conceived}
@@ -122,7 +122,7 @@ def test_an_offspring_is_born_of_two_agents_that_mated_and_one_that_conceived() 
 def test_the_recorded_genes_are_those_of_the_agents() -> None:
     """A birth's genes lie within the schema and have the birth's content hash."""
     colony, recorder = new_colony()
-    colony.begin()
+    colony.start()
     live(colony, 2)
     for birth in recorder.all(Born):
         genes = np.frombuffer(birth.genes, dtype="<f8")
@@ -133,7 +133,7 @@ def test_the_recorded_genes_are_those_of_the_agents() -> None:
 def test_population_and_books_stay_whole() -> None:
     """Each robot has as many agents in every generation, each lives once, and lives and matings agree."""
     colony, recorder = new_colony()
-    colony.begin()
+    colony.start()
     live(colony, 3)
     births, lives = recorder.all(Born), recorder.all(Lived)
     for generation in range(3):
@@ -156,7 +156,7 @@ def test_the_hungry_die_once_and_mate_no_more() -> None:
     """Where there is nothing to eat all starve in their first slice, and the colony goes on."""
     settings = ("arena.packs=1", "life.initial_energy=0.05", "arena.pack_charge=0.0001")
     colony, recorder = new_colony(*settings)
-    colony.begin()
+    colony.start()
     live(colony, 2)
     deaths = {d.agent: d.tick for d in recorder.all(Died)}
     assert len(deaths) == len(recorder.all(Died)) == 2 * 4 * 4
@@ -170,7 +170,7 @@ def test_only_central_selection_crosses_the_borders_of_a_subpopulation() -> None
     crossed = {}
     for selection in ("implicit", "central"):
         colony, recorder = new_colony(f"selection={selection}", "life.agents=8")
-        colony.begin()
+        colony.start()
         live(colony, 2)
         children = [b for b in recorder.all(Born) if b.mother is not None]
         crossed[selection] = any(
@@ -182,7 +182,7 @@ def test_only_central_selection_crosses_the_borders_of_a_subpopulation() -> None
 def test_central_selection_breeds_from_those_that_mated() -> None:
     """Roulette on matings gives no child to an agent that had none, as long as anybody had."""
     colony, recorder = new_colony("selection=central")
-    colony.begin()
+    colony.start()
     live(colony, 3)
     matings = {life.agent: life.matings for life in recorder.all(Lived)}
     children = [b for b in recorder.all(Born) if b.generation > 0]
@@ -196,7 +196,7 @@ def test_central_selection_breeds_from_those_that_mated() -> None:
 def test_conception_is_more_likely_with_more_energy() -> None:
     """Over many matings the share that conceived follows the energies at that moment."""
     colony, recorder = new_colony("life.agents=8", "life.slice_steps=500", "life.slices=4")
-    colony.begin()
+    colony.start()
     live(colony, 10)
     sides = [(m.energy, m.conceived) for m in recorder.all(Mated)]
     sides += [(m.partner_energy, m.partner_conceived) for m in recorder.all(Mated)]

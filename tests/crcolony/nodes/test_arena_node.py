@@ -13,24 +13,24 @@ from crcolony.body.settings import CyberRodent
 from crcolony.compiled import FloatArray
 from crcolony.config import Config, load
 from crcolony.evolution.history import Mated
-from crcolony.in_process.colony import EmbeddedColony
+from crcolony.in_process.colony import InProcessColony
 from crcolony.nodes.arena_node import ArenaNode
 from crcolony.protocol.body_messages import (
     Action,
+    BodyDenied,
+    BodyGranted,
     Contact,
-    Embodied,
     Join,
-    Refused,
     decode_action,
+    decode_join_reply,
     decode_observation,
-    decode_place,
     pack_row,
     unpack_row,
 )
 from crcolony.protocol.codec import encode
 from crcolony.protocol.identity import RobotId, seeded
 from crcolony.protocol.telemetry_messages import decode_scene
-from crcolony.robot.factory import numbered_streams, raise_robots
+from crcolony.robot.factory import make_robots, numbered_streams
 from crcolony.robot.robot import Robot
 from crcolony.robot.state import SLICE_OVER
 from crcolony.storage.checkpoint import read_checkpoint, write_checkpoint
@@ -43,9 +43,9 @@ def new_node(*settings: str, lockstep: bool = True, expect: int = 0) -> ArenaNod
     return ArenaNode(small(*settings), 7, lockstep, expect)
 
 
-def join(node: ArenaNode, robot: int, colony: str = "test", number: int = -1) -> Embodied:
-    answer = decode_place(encode(node.join(Join(IDS[robot], colony, number))))
-    assert isinstance(answer, Embodied)
+def join(node: ArenaNode, robot: int, colony: str = "test", number: int = -1) -> BodyGranted:
+    answer = decode_join_reply(encode(node.join(Join(IDS[robot], colony, number))))
+    assert isinstance(answer, BodyGranted)
     return answer
 
 
@@ -54,7 +54,7 @@ def filled_node(*settings: str, lockstep: bool = True) -> ArenaNode:
     node = new_node(*settings, lockstep=lockstep)
     for robot in range(4):
         join(node, robot)
-    node.advance()
+    node.step()
     return node
 
 
@@ -76,8 +76,8 @@ def ids(node: ArenaNode) -> list[int]:
 def lone_robot(config: Config, number: int) -> Robot:
     """Return one robot of a colony in a batch of its own, as its own process has it."""
     streams = numbered_streams(config.seed, number, 1)
-    robot = raise_robots(config, [str(number)], streams)[2][0]
-    robot.begin()
+    robot = make_robots(config, [str(number)], streams)[2][0]
+    robot.start()
     return robot
 
 
@@ -85,8 +85,8 @@ def test_robots_that_send_messages_live_in_the_embedded_colonys_world() -> None:
     """Until the first mating every pose and every pack is the same in every tick, bit for bit."""
     config = small("seed=4")
     recorder = Recorder()
-    colony = EmbeddedColony(config, recorder)
-    colony.begin()
+    colony = InProcessColony(config, recorder)
+    colony.start()
     node = ArenaNode(config, 7, lockstep=True, expect=4)
     robots = {IDS[number]: lone_robot(config, number) for number in range(4)}
     for number in (2, 0, 3, 1):
@@ -96,7 +96,7 @@ def test_robots_that_send_messages_live_in_the_embedded_colonys_world() -> None:
         if recorder.all(Mated):
             break
         assert node.is_ready
-        node.advance()
+        node.step()
         assert np.array_equal(node.arena.world.poses, colony.arena.world.poses)
         assert np.array_equal(node.arena.world.packs, colony.arena.world.packs)
         for name, robot in robots.items():
@@ -116,12 +116,12 @@ def test_robots_of_this_process_command_their_bodies_directly() -> None:
     for _ in range(50):
         for robot in range(4):
             asked = action(rng)
-            assert node.act(IDS[robot], Action(node.tick, pack_row(asked)))
+            assert node.apply_action(IDS[robot], Action(node.tick, pack_row(asked)))
             assert not direct.is_ready
-            direct.command(direct.place_of(IDS[robot]), asked)
+            direct.set_action(direct.slot_of(IDS[robot]), asked)
         assert direct.is_ready
-        node.advance()
-        direct.advance()
+        node.step()
+        direct.step()
         assert node.observation(IDS[0]) == direct.observation(IDS[0])
     assert np.array_equal(node.arena.world.poses, direct.arena.world.poses)
 
@@ -135,9 +135,9 @@ def test_a_restored_arena_goes_on_identically(storage: str, tmp_path: Path) -> N
     rng = np.random.default_rng(2)
     for _ in range(30):
         for robot in node.waiting_for:
-            node.act(robot, Action(node.tick, pack_row(action(rng))))
-        node.advance()
-    node.act(IDS[3], Action(node.tick, pack_row(action(rng))))
+            node.apply_action(robot, Action(node.tick, pack_row(action(rng))))
+        node.step()
+    node.apply_action(IDS[3], Action(node.tick, pack_row(action(rng))))
     saved = node.save()
     if storage == "checkpoint":
         buffer = io.BytesIO()
@@ -152,8 +152,8 @@ def test_a_restored_arena_goes_on_identically(storage: str, tmp_path: Path) -> N
         assert [IDS.index(robot) for robot in one.waiting_for] == [0, 1, 5]
         for _ in range(30):
             for robot in one.waiting_for:
-                one.act(robot, Action(one.tick, pack_row(action(again))))
-            one.advance()
+                one.apply_action(robot, Action(one.tick, pack_row(action(again))))
+            one.step()
         futures.append([one.observation(robot) for robot in one.robots])
         futures[-1].append(encode(one.scene("arena", 1, 2)))
     assert futures[0] == futures[1]
@@ -172,9 +172,9 @@ def test_who_joins_learns_about_its_body() -> None:
     """Place, run, tick, period, whether it is waited for, and what the body can do."""
     node = new_node("body.camera_range_m=1.25", "arena.control_period_s=0.1")
     join(node, 0)
-    node.advance()
+    node.step()
     answer = join(node, 1)
-    assert (answer.place, answer.world, answer.tick) == (1, 7, 1)
+    assert (answer.slot, answer.arena_run, answer.tick) == (1, 7, 1)
     assert (answer.period_s, answer.lockstep) == (0.1, True)
     assert load(None, [f"body={{{_toml(answer.body)}}}"]).body == CyberRodent(camera_range_m=1.25)
 
@@ -186,10 +186,10 @@ def _toml(json: str) -> str:
 def test_a_robot_gets_the_place_it_would_like_if_it_is_free() -> None:
     """Else the first that is; a wish that no arena could grant is no wish."""
     node = new_node()
-    assert join(node, 0, number=2).place == 2
-    assert join(node, 1, number=2).place == 0
-    assert join(node, 2, number=99).place == 1
-    assert join(node, 3).place == 3
+    assert join(node, 0, number=2).slot == 2
+    assert join(node, 1, number=2).slot == 0
+    assert join(node, 2, number=99).slot == 1
+    assert join(node, 3).slot == 3
     assert node.robots == {IDS[0]: 2, IDS[1]: 0, IDS[2]: 1, IDS[3]: 3}
 
 
@@ -197,12 +197,12 @@ def test_a_full_arena_refuses_and_says_how_large_it_is() -> None:
     """Until somebody leaves."""
     node = filled_node()
     answer = node.join(Join(IDS[4], "test", -1))
-    assert isinstance(answer, Refused)
+    assert isinstance(answer, BodyDenied)
     assert "all 4 places" in answer.reason
     assert node.counts["full"] == 1
     node.leave(IDS[1])
     node.leave(IDS[1])
-    assert join(node, 4, number=3).place == 1
+    assert join(node, 4, number=3).slot == 1
 
 
 def test_a_robot_that_joins_again_keeps_its_body() -> None:
@@ -210,7 +210,7 @@ def test_a_robot_that_joins_again_keeps_its_body() -> None:
     node = filled_node()
     node.leave(IDS[3])
     pose = node.arena.world.poses[1].copy()
-    assert join(node, 1, number=3).place == 1
+    assert join(node, 1, number=3).slot == 1
     assert np.array_equal(node.arena.world.poses[1], pose)
     assert len(node.robots) == 3
 
@@ -238,11 +238,11 @@ def test_lockstep_waits_for_everybody_who_has_observed() -> None:
     assert ids(node) == [0, 1, 2, 3]
     node.leave(IDS[3])
     for robot in (0, 2):
-        assert node.act(IDS[robot], forward(node))
+        assert node.apply_action(IDS[robot], forward(node))
     join(node, 5)
     assert ids(node) == [1]
     assert not node.is_ready
-    node.act(IDS[1], forward(node))
+    node.apply_action(IDS[1], forward(node))
     assert node.is_ready
     node.advance()
     assert ids(node) == [0, 1, 2, 5]
@@ -253,8 +253,8 @@ def test_lockstep_stands_still_where_nobody_is_there() -> None:
     node = new_node()
     assert not node.is_ready
     join(node, 0)
-    node.advance()
-    node.lose(IDS[0], 0.0)
+    node.step()
+    node.mark_offline(IDS[0], 0.0)
     assert not node.is_ready
     assert new_node(lockstep=False).is_ready
 
@@ -263,36 +263,36 @@ def test_nobody_waits_for_a_lost_robot_and_its_body_stops() -> None:
     """Within its time to live; when it is back it is waited for, and drives on in the same place."""
     node = filled_node()
     node.arena.world.poses[:, :2] = [(-0.4, -0.4), (0.0, 0.0), (0.4, -0.4), (0.4, 0.4)]
-    node.act(IDS[1], forward(node))
-    node.lose(IDS[1], 100.0)
+    node.apply_action(IDS[1], forward(node))
+    node.mark_offline(IDS[1], 100.0)
     poses = []
     for _ in range(6):
         for robot in (0, 2, 3):
-            node.act(IDS[robot], forward(node, 0.0))
+            node.apply_action(IDS[robot], forward(node, 0.0))
         assert node.is_ready
-        node.advance()
+        node.step()
         poses.append(node.arena.world.poses[1].copy())
     ways_m = np.hypot(*np.diff(poses, axis=0)[:, :2].T)
     assert ways_m == pytest.approx([0.02, 0.02, 0.0, 0.0, 0.0])
-    node.find(IDS[1])
+    node.mark_online(IDS[1])
     assert ids(node) == [0, 1, 2, 3]
-    assert node.act(IDS[1], forward(node))
+    assert node.apply_action(IDS[1], forward(node))
 
 
 def test_a_lost_body_is_removed_after_the_grace() -> None:
     """Counted from when it was lost first, and not if the robot was found or joined again meanwhile."""
     node = filled_node(lockstep=False)
     for robot in (0, 1, 2):
-        node.lose(IDS[robot], 100.0)
-    node.lose(IDS[0], 120.0)
-    node.find(IDS[1])
+        node.mark_offline(IDS[robot], 100.0)
+    node.mark_offline(IDS[0], 120.0)
+    node.mark_online(IDS[1])
     join(node, 2)
-    node.lose(IDS[7], 100.0)
-    assert node.forget_lost(129.9) == []
-    assert node.forget_lost(130.0) == [IDS[0]]
+    node.mark_offline(IDS[7], 100.0)
+    assert node.remove_absent(129.9) == []
+    assert node.remove_absent(130.0) == [IDS[0]]
     assert list(node.robots) == [IDS[1], IDS[2], IDS[3]]
     assert node.arena.world.colonies.tolist() == [-1, 0, 0, 0]
-    assert node.forget_lost(1e9) == []
+    assert node.remove_absent(1e9) == []
 
 
 # Colonies -----------------------------------------------------------------------------------------------------------
@@ -300,13 +300,13 @@ def test_a_lost_body_is_removed_after_the_grace() -> None:
 
 def face_to_face(node: ArenaNode, *robots: int) -> None:
     """Let two robots stand opposite each other with their beacons on, and a tick pass."""
-    places = [node.place_of(IDS[robot]) for robot in robots]
+    places = [node.slot_of(IDS[robot]) for robot in robots]
     node.arena.world.poses[places] = [(-0.2, 0.0, 0.0), (0.2, 0.0, np.pi)]
     row = np.zeros(contract.ACTION_WIDTH)
     row[[contract.BEACON, contract.TTL]] = 1.0
     for robot in robots:
-        assert node.act(IDS[robot], Action(node.tick, pack_row(row)))
-    node.advance()
+        assert node.apply_action(IDS[robot], Action(node.tick, pack_row(row)))
+    node.step()
 
 
 def contact(node: ArenaNode, robot: int) -> Contact | None:
@@ -333,7 +333,7 @@ def test_two_colonies_share_an_arena_and_never_encounter_each_other() -> None:
     node = new_node("robots=3")
     for robot, colony in ((0, "red"), (1, "blue"), (2, "red")):
         join(node, robot, colony)
-    node.advance()
+    node.step()
     assert node.colonies == ["red", "blue"]
     assert [node.colony_of(IDS[robot]) for robot in range(3)] == ["red", "blue", "red"]
     node.arena.world.poses[2, :2] = 0.5
@@ -366,12 +366,12 @@ def test_what_is_no_action_is_refused_and_counted() -> None:
     poses = node.arena.world.poses.copy()
     row = np.full(contract.ACTION_WIDTH, 0.1)
     row[3] = np.nan
-    assert not node.act(IDS[0], Action(node.tick, pack_row(row)))
-    assert not node.act(IDS[0], Action(node.tick, pack_row(np.ones(3))))
-    assert not node.act(IDS[0], Action(node.tick, b"12345"))
-    assert not node.act(IDS[5], forward(node))
+    assert not node.apply_action(IDS[0], Action(node.tick, pack_row(row)))
+    assert not node.apply_action(IDS[0], Action(node.tick, pack_row(np.ones(3))))
+    assert not node.apply_action(IDS[0], Action(node.tick, b"12345"))
+    assert not node.apply_action(IDS[5], forward(node))
     assert node.counts == {"malformed": 3, "unknown": 1}
-    node.advance()
+    node.step()
     assert np.array_equal(node.arena.world.poses[:, 2], poses[:, 2])
     assert not node.arena.world.actions.any()
 
@@ -379,15 +379,15 @@ def test_what_is_no_action_is_refused_and_counted() -> None:
 def test_lockstep_takes_one_action_for_the_present_tick() -> None:
     """The first; not another, not one for a tick that has passed or is to come, and none before an observation."""
     node = filled_node()
-    assert not node.act(IDS[0], forward(node, age=1))
-    assert not node.act(IDS[0], forward(node, age=-1))
-    assert node.act(IDS[0], forward(node, 0.1))
-    assert not node.act(IDS[0], forward(node, 0.2))
+    assert not node.apply_action(IDS[0], forward(node, age=1))
+    assert not node.apply_action(IDS[0], forward(node, age=-1))
+    assert node.apply_action(IDS[0], forward(node, 0.1))
+    assert not node.apply_action(IDS[0], forward(node, 0.2))
     node.leave(IDS[1])
     join(node, 1)
-    assert not node.act(IDS[1], forward(node))
+    assert not node.apply_action(IDS[1], forward(node))
     assert node.counts == {"stale": 4}
-    node.advance()
+    node.step()
     assert node.arena.world.wheels[:2, 0].tolist() == [0.1, 0.0]
 
 
@@ -395,34 +395,34 @@ def test_real_time_takes_late_actions_in_order_while_they_live() -> None:
     """Half a second is two ticks; older ones are refused, as are those overtaken by a later one."""
     node = filled_node(lockstep=False)
     for _ in range(5):
-        node.advance()
-    assert not node.act(IDS[0], forward(node, age=3))
-    assert not node.act(IDS[0], forward(node, age=-1))
-    assert node.act(IDS[0], forward(node, 0.1, age=2))
-    assert node.act(IDS[0], forward(node, 0.2, age=1))
-    assert not node.act(IDS[0], forward(node, 0.3, age=2))
+        node.step()
+    assert not node.apply_action(IDS[0], forward(node, age=3))
+    assert not node.apply_action(IDS[0], forward(node, age=-1))
+    assert node.apply_action(IDS[0], forward(node, 0.1, age=2))
+    assert node.apply_action(IDS[0], forward(node, 0.2, age=1))
+    assert not node.apply_action(IDS[0], forward(node, 0.3, age=2))
     assert node.counts == {"stale": 3}
-    node.advance()
+    node.step()
     assert node.arena.world.wheels[0, 0] == 0.2
 
 
 def test_a_command_to_stop_is_never_too_late() -> None:
     """It has no time to live that could have run out."""
     node = filled_node(lockstep=False)
-    assert node.act(IDS[0], forward(node, 0.1, ttl_s=10.0))
+    assert node.apply_action(IDS[0], forward(node, 0.1, ttl_s=10.0))
     for _ in range(9):
-        node.advance()
+        node.step()
     assert node.arena.world.wheels[0, 0] == 0.1
-    assert node.act(IDS[0], forward(node, 0.1, ttl_s=0.0, age=8))
-    node.advance()
+    assert node.apply_action(IDS[0], forward(node, 0.1, ttl_s=0.0, age=8))
+    node.step()
     assert node.arena.world.wheels[0, 0] == 0.0
 
 
 def test_what_is_beyond_limits_is_clipped() -> None:
     """As every body does."""
     node = filled_node()
-    node.act(IDS[0], Action(node.tick, pack_row(np.full(contract.ACTION_WIDTH, 1e9))))
-    node.advance()
+    node.apply_action(IDS[0], Action(node.tick, pack_row(np.full(contract.ACTION_WIDTH, 1e9))))
+    node.step()
     assert (node.arena.world.actions[0] == contract.limits(contract.ACTION)[1]).all()
 
 
@@ -439,7 +439,13 @@ def test_a_scene_shows_every_body_and_pack_as_they_are() -> None:
     world.actions[2, [contract.BEACON, contract.LED + 1]] = 1.0, 0.5
     world.holding[2] = 3
     scene = decode_scene(encode(node.scene("arena", 5, 6)))
-    assert (scene.arena, scene.world, scene.seq, scene.tick, scene.unix_ms) == ("arena", 7, 5, 0, 6)
+    assert (scene.arena, scene.arena_run, scene.seq, scene.tick, scene.unix_ms) == (
+        "arena",
+        7,
+        5,
+        0,
+        6,
+    )
     assert [(robot.robot, robot.colony) for robot in scene.robots] == [
         (IDS[0], "red"),
         (IDS[2], "red"),
@@ -455,7 +461,7 @@ def test_the_scene_of_a_crowd_fits_into_a_message() -> None:
     """However many robots there are and however long the names of their colonies."""
     node = new_node("robots=1100", "arena.packs_per_robot=2")
     for number in range(1100):
-        assert isinstance(node.join(Join(number.to_bytes(16), "c" * 64, -1)), Embodied)
+        assert isinstance(node.join(Join(number.to_bytes(16), "c" * 64, -1)), BodyGranted)
     scene = decode_scene(encode(node.scene("a" * 64, 2**52, 2**52)))
     assert (len(scene.robots), len(scene.packs)) == (1000, 2000)
 
@@ -471,7 +477,7 @@ class NodeBody:
         self._tick = 0
 
     def read(self) -> FloatArray:
-        self._node.advance()
+        self._node.step()
         observation = decode_observation(self._node.observation(self._robot))
         self._tick = observation.tick
         return unpack_row(observation.row)
@@ -479,7 +485,7 @@ class NodeBody:
     def act(self, action: FloatArray) -> FloatArray:
         applied = contract.clip_action(action)
         message = encode(Action(self._tick, pack_row(applied)))
-        self._node.act(self._robot, decode_action(message))
+        self._node.apply_action(self._robot, decode_action(message))
         return applied
 
     def close(self) -> None:

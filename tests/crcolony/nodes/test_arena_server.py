@@ -7,21 +7,21 @@ import pytest
 from crcolony.body.contract import ACTION_WIDTH
 from crcolony.body.settings import CyberRodent
 from crcolony.nodes.arena_node import ArenaNode
-from crcolony.nodes.arena_server import Reception
+from crcolony.nodes.arena_server import ArenaServer
 from crcolony.protocol.body_messages import (
     Action,
-    Embodied,
+    BodyDenied,
+    BodyGranted,
     Join,
     Leave,
-    Refused,
-    decode_place,
+    decode_join_reply,
     pack_row,
 )
 from crcolony.protocol.codec import Message, encode
 from crcolony.protocol.identity import RobotId, seeded
-from crcolony.protocol.telemetry_messages import decode_about_arena
-from crcolony.transport.interface import Acted, Asked, RobotGone, RobotSeen
-from crcolony.world.settings import Arena
+from crcolony.protocol.telemetry_messages import decode_arena_metadata
+from crcolony.transport.interface import ActionReceived, QueryReceived, RobotOffline, RobotOnline
+from crcolony.world.settings import ArenaSettings
 from tests.support.small_colony import small
 
 IDS = [seeded("test", 1, number).id for number in range(8)]
@@ -35,27 +35,27 @@ class Desk:
         self.node = ArenaNode(small(), 7, lockstep=False, body_grace_s=GRACE_S)
         self.said: list[str] = []
         self.forgotten: list[RobotId] = []
-        self.reception = Reception(self.node, self.forgotten.append, self.said.append, "lab")
+        self.reception = ArenaServer(self.node, self.forgotten.append, self.said.append, "lab")
 
-    def ask(self, now_s: float, request: Message | bytes) -> list[Embodied | Refused]:
+    def ask(self, now_s: float, request: Message | bytes) -> list[BodyGranted | BodyDenied]:
         answers: list[bytes] = []
         question = request if isinstance(request, bytes) else encode(request)
-        self.reception.take(now_s, Asked("join", b"", question, answers.append))
-        return [decode_place(answer) for answer in answers]
+        self.reception.handle_event(now_s, QueryReceived("join", b"", question, answers.append))
+        return [decode_join_reply(answer) for answer in answers]
 
     def ask_about(self, now_s: float, question: bytes = b"") -> list[bytes]:
         answers: list[bytes] = []
-        self.reception.take(now_s, Asked("about", b"", question, answers.append))
+        self.reception.handle_event(now_s, QueryReceived("metadata", b"", question, answers.append))
         return answers
 
     def see(self, robot: int, session: str = "a") -> None:
-        self.reception.take(0.0, RobotSeen(IDS[robot], 1, session))
+        self.reception.handle_event(0.0, RobotOnline(IDS[robot], 1, session))
 
     def lose(self, now_s: float, robot: int, session: str = "a") -> None:
-        self.reception.take(now_s, RobotGone(IDS[robot], 1, session))
+        self.reception.handle_event(now_s, RobotOffline(IDS[robot], 1, session))
 
     def act(self, robot: int, data: bytes) -> None:
-        self.reception.take(0.0, Acted(IDS[robot], data))
+        self.reception.handle_event(0.0, ActionReceived(IDS[robot], data))
 
 
 @pytest.fixture
@@ -67,10 +67,10 @@ def test_who_asks_gets_a_body_while_there_is_room(desk: Desk) -> None:
     """And then the reason why not, which a person is told once for each robot."""
     for robot in range(4):
         (answer,) = desk.ask(10.0, Join(IDS[robot], "test", robot))
-        assert isinstance(answer, Embodied)
+        assert isinstance(answer, BodyGranted)
     for _ in range(3):
         (answer,) = desk.ask(11.0, Join(IDS[5], "test", -1))
-        assert answer == Refused("full: all 4 places are taken")
+        assert answer == BodyDenied("full: all 4 places are taken")
     assert len([line for line in desk.said if "gets no place" in line]) == 1
     assert len([line for line in desk.said if "gets place" in line]) == 4
 
@@ -83,8 +83,8 @@ def test_who_leaves_makes_room(desk: Desk) -> None:
     assert not desk.ask(1.0, Leave(IDS[5]))
     assert desk.forgotten == [IDS[2]]
     (answer,) = desk.ask(2.0, Join(IDS[5], "test", -1))
-    assert isinstance(answer, Embodied)
-    assert answer.place == 2
+    assert isinstance(answer, BodyGranted)
+    assert answer.slot == 2
 
 
 def test_a_body_outlives_its_robot_for_a_while(desk: Desk) -> None:
@@ -96,9 +96,9 @@ def test_a_body_outlives_its_robot_for_a_while(desk: Desk) -> None:
     for robot in (0, 1, 2):
         desk.lose(1.0, robot)
     desk.see(1, "c")
-    desk.reception.forget_lost(GRACE_S)
+    desk.reception.remove_absent(GRACE_S)
     assert len(desk.node.robots) == 3
-    desk.reception.forget_lost(1.0 + GRACE_S)
+    desk.reception.remove_absent(1.0 + GRACE_S)
     assert set(desk.node.robots) == {IDS[1], IDS[2]}
     assert desk.forgotten == [IDS[0]]
 
@@ -106,7 +106,7 @@ def test_a_body_outlives_its_robot_for_a_while(desk: Desk) -> None:
 def test_who_asks_and_is_not_on_the_network_is_waited_for_so_long(desk: Desk) -> None:
     """So that made-up robots do not keep their places."""
     desk.ask(0.0, Join(IDS[0], "test", -1))
-    desk.reception.forget_lost(GRACE_S)
+    desk.reception.remove_absent(GRACE_S)
     assert not desk.node.robots
 
 
@@ -114,7 +114,7 @@ def test_an_action_moves_the_body_of_who_sent_it(desk: Desk) -> None:
     """What is no action, and one of a robot without a body, are counted."""
     desk.see(0)
     desk.ask(0.0, Join(IDS[0], "test", 0))
-    desk.node.advance()
+    desk.node.step()
     action = encode(Action(1, pack_row(np.zeros(ACTION_WIDTH))))
     assert desk.node.waiting_for == [IDS[0]]
     desk.act(0, action)
@@ -127,11 +127,11 @@ def test_an_action_moves_the_body_of_who_sent_it(desk: Desk) -> None:
 def test_who_asks_what_the_arena_is_like_is_told(desk: Desk) -> None:
     """Its settings, and which run of it this is; a question that says anything is malformed."""
     (answer,) = desk.ask_about(10.0)
-    about = decode_about_arena(answer)
-    assert (about.arena, about.world) == ("lab", 7)
+    about = decode_arena_metadata(answer)
+    assert (about.arena, about.arena_run) == ("lab", 7)
     told = msgspec.json.decode(about.settings)
     assert set(told) == {"arena", "body"}
-    assert msgspec.convert(told["arena"], Arena) == small().arena
+    assert msgspec.convert(told["arena"], ArenaSettings) == small().arena
     assert msgspec.convert(told["body"], CyberRodent) == small().body
     assert not desk.ask_about(10.0, b"?")
     assert desk.node.counts == {"malformed": 1}
@@ -146,7 +146,7 @@ def test_an_arena_answers_a_hundred_questions_a_second(desk: Desk) -> None:
 
 def test_noise_is_no_request_and_fills_no_log(desk: Desk) -> None:
     """A thousand at once are counted; a hundred lines are said."""
-    desk.reception.take(10.0, RobotSeen(IDS[0], 1, "a"))
+    desk.reception.handle_event(10.0, RobotOnline(IDS[0], 1, "a"))
     for _ in range(1000):
         assert not desk.ask(10.0, b"noise")
     assert desk.node.counts["malformed"] == 1000

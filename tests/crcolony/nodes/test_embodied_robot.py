@@ -10,16 +10,16 @@ import pytest
 
 from crcolony.body.contract import OBSERVATION_WIDTH
 from crcolony.body.settings import CyberRodent
-from crcolony.nodes.embodied_robot import EmbodiedRobot, TwinError
+from crcolony.nodes.embodied_robot import DuplicateIdentityError, EmbodiedRobot
 from crcolony.nodes.robot_node import RobotNode
 from crcolony.protocol.body_messages import (
     Action,
+    BodyDenied,
+    BodyGranted,
     Contact,
-    Embodied,
     Join,
     Leave,
     Observation,
-    Refused,
     decode_action,
     decode_join,
     pack_row,
@@ -27,27 +27,27 @@ from crcolony.protocol.body_messages import (
 from crcolony.protocol.codec import encode
 from crcolony.protocol.identity import RobotId, seeded
 from crcolony.protocol.telemetry_messages import (
-    PEERS_TOLD,
-    AboutRobot,
-    Ask,
+    MAX_REPORTED_PEERS,
+    HistoryRequest,
+    RobotMetadata,
     Scene,
-    SeenRobot,
-    decode_about_robot,
-    decode_past,
+    SceneRobot,
+    decode_history_reply,
+    decode_robot_metadata,
 )
-from crcolony.robot.factory import own_streams, raise_robots
+from crcolony.robot.factory import make_robots, own_streams
 from crcolony.robot.state import SLICE_OVER
-from crcolony.storage.store import Store
+from crcolony.storage.store import RobotStore
 from crcolony.transport.interface import (
-    ArenaGone,
-    ArenaSeen,
-    Asked,
-    Observed,
-    Placed,
-    RobotGone,
-    RobotSeen,
-    Shown,
-    StrangerSeen,
+    ArenaOffline,
+    ArenaOnline,
+    IncompatiblePeer,
+    JoinReplyReceived,
+    ObservationReceived,
+    QueryReceived,
+    RobotOffline,
+    RobotOnline,
+    SceneReceived,
 )
 from tests.support.small_colony import small
 
@@ -65,17 +65,19 @@ class Air:
         self.actions: list[Action] = []
         self.is_searching = False
 
-    def send(self, to: RobotId, letter: bytes) -> None: ...
+    def send_envelope(self, to: RobotId, letter: bytes) -> None: ...
 
-    def join(self, robot: RobotId, request: bytes) -> None:
+    def request_body(self, robot: RobotId, request: bytes) -> None:
         self.requests.append(decode_join(request))
 
-    def act(self, robot: RobotId, action: bytes) -> None:
+    def publish_action(self, robot: RobotId, action: bytes) -> None:
         self.actions.append(decode_action(action))
 
-    def tell(self, robot: RobotId, topic: Literal["state", "event"], data: bytes) -> None: ...
+    def publish_telemetry(
+        self, robot: RobotId, topic: Literal["state", "event"], data: bytes
+    ) -> None: ...
 
-    def search(self, is_searching: bool) -> None:
+    def subscribe_scene(self, is_searching: bool) -> None:
         self.is_searching = is_searching
 
 
@@ -84,31 +86,31 @@ class Scenery:
 
     def __init__(self, folder: Path) -> None:
         config = small()
-        batch, _, (robot,) = raise_robots(config, [ME.id.hex()], own_streams([ME.id]))
+        batch, _, (robot,) = make_robots(config, [ME.id.hex()], own_streams([ME.id]))
         schema = bytes.fromhex(robot.subpopulation.schema.digest)
-        self.store = Store(folder / "memory.sqlite", ME.id, schema, durable=False)
+        self.store = RobotStore(folder / "robot.sqlite", ME.id, schema, durable=False)
         self.air = Air()
         self.said: list[str] = []
         self.came_anew = 0
         self.batch, self.unix_s = batch, 1_000.0
         node = RobotNode(
-            ME, COLONY, 0, robot, batch, self.store, self.store.begin_life(5), self.air,
+            ME, COLONY, 0, robot, batch, self.store, self.store.begin_incarnation(5), self.air,
             unix_s=lambda: self.unix_s,
         )  # fmt: skip
         node.session = "mine"
         self.robot = EmbodiedRobot(
-            node, self.air, config, "here", -1, 10.0, self._come_anew, self.said.append
+            node, self.air, config, "here", -1, 10.0, self._reconnect_session, self.said.append
         )
-        self.robot.begin(0.0)
+        self.robot.start(0.0)
 
-    def _come_anew(self) -> None:
+    def _reconnect_session(self) -> None:
         self.came_anew += 1
 
     def place(
         self, now_s: float, tick: int = 0, lockstep: bool = False, world: int = WORLD
     ) -> None:
-        answer = encode(Embodied(2, world, tick, 0.1, lockstep, BODY))
-        self.robot.take(now_s, Placed(ME.id, answer))
+        answer = encode(BodyGranted(2, world, tick, 0.1, lockstep, BODY))
+        self.robot.handle_event(now_s, JoinReplyReceived(ME.id, answer))
 
     def observe(
         self,
@@ -119,16 +121,16 @@ class Scenery:
         contact: Contact | None = None,
     ) -> None:
         seen = encode(Observation(world, tick, row, contact))
-        self.robot.take(now_s, Observed(ME.id, seen))
+        self.robot.handle_event(now_s, ObservationReceived(ME.id, seen))
 
     def show(self, now_s: float, is_lit: bool) -> None:
-        seen = SeenRobot(PEER.id, COLONY, 0.0, 0.0, 0.0, False, float(is_lit), 0.0, 0.0, False)
+        seen = SceneRobot(PEER.id, COLONY, 0.0, 0.0, 0.0, False, float(is_lit), 0.0, 0.0, False)
         scene = Scene("here", WORLD, 1, 1, 0, 0.1, 1.0, 1.0, [seen], [])
-        self.robot.take(now_s, Shown(encode(scene)))
+        self.robot.handle_event(now_s, SceneReceived(encode(scene)))
 
-    def ask(self, about: Literal["past", "about"], question: bytes) -> list[bytes]:
+    def ask(self, about: Literal["history", "metadata"], question: bytes) -> list[bytes]:
         answers: list[bytes] = []
-        self.robot.take(0.0, Asked(about, ME.id, question, answers.append))
+        self.robot.handle_event(0.0, QueryReceived(about, ME.id, question, answers.append))
         return answers
 
     def capture(self, *captures: int) -> None:
@@ -141,7 +143,7 @@ class Scenery:
         generation = node.robot.generation
         while node.robot.generation == generation:
             self.batch.events[0] = SLICE_OVER
-            node.finish_step()
+            node.advance_slice()
 
     @property
     def acted(self) -> list[int]:
@@ -159,13 +161,13 @@ def scenery(tmp_path: Path) -> Iterator[Scenery]:
 class TestTheBody:
     def test_it_asks_for_a_body_until_it_has_one(self, scenery: Scenery) -> None:
         """As soon as it lives, when an arena appears, and every second."""
-        scenery.robot.keep_time(0.0)
-        scenery.robot.take(0.1, ArenaSeen(WORLD))
-        scenery.robot.keep_time(0.2)
-        scenery.robot.keep_time(1.2)
+        scenery.robot.handle_timers(0.0)
+        scenery.robot.handle_event(0.1, ArenaOnline(WORLD))
+        scenery.robot.handle_timers(0.2)
+        scenery.robot.handle_timers(1.2)
         assert scenery.air.requests == [Join(ME.id, COLONY, -1)] * 3
         scenery.place(1.3)
-        scenery.robot.keep_time(2.4)
+        scenery.robot.handle_timers(2.4)
         assert len(scenery.air.requests) == 3
         assert scenery.robot.has_body
         assert scenery.robot.node.number == 2
@@ -192,9 +194,9 @@ class TestTheBody:
         """Nor after the arena has gone; another run of the arena is another body."""
         scenery.observe(0.0, 1)
         scenery.place(0.1)
-        scenery.robot.take(0.2, ArenaGone(WORLD + 1))
+        scenery.robot.handle_event(0.2, ArenaOffline(WORLD + 1))
         scenery.observe(0.3, 2)
-        scenery.robot.take(0.4, ArenaGone(WORLD))
+        scenery.robot.handle_event(0.4, ArenaOffline(WORLD))
         scenery.observe(0.5, 3)
         assert scenery.acted == [2]
         assert "the arena is gone; looking for arena here" in scenery.said
@@ -208,9 +210,9 @@ class TestTheBody:
         scenery.observe(0.1, 2**40)
         scenery.observe(0.2, 2)
         assert scenery.acted == [2**40]
-        scenery.robot.keep_time(3.0)
+        scenery.robot.handle_timers(3.0)
         assert not scenery.air.requests
-        scenery.robot.keep_time(3.2)
+        scenery.robot.handle_timers(3.2)
         assert len(scenery.air.requests) == 1
         scenery.place(3.3, tick=30)
         scenery.observe(3.4, 31)
@@ -227,21 +229,21 @@ class TestTheBody:
     @pytest.mark.parametrize(
         ("answer", "said"),
         [
-            (encode(Refused("full: all 4 places are taken")), "no body: arena here is full"),
-            (encode(Embodied(0, WORLD, 0, 0.1, False, "{")), "arena here: malformed answer"),
+            (encode(BodyDenied("full: all 4 places are taken")), "no body: arena here is full"),
+            (encode(BodyGranted(0, WORLD, 0, 0.1, False, "{")), "arena here: malformed answer"),
             (b"noise", "arena here: malformed answer"),
         ],
         ids=["full", "no settings", "noise"],
     )
     def test_it_says_why_it_has_no_body(self, scenery: Scenery, answer: bytes, said: str) -> None:
         """The arena is full, or says what nobody understands."""
-        scenery.robot.take(4.0, Placed(ME.id, answer))
+        scenery.robot.handle_event(4.0, JoinReplyReceived(ME.id, answer))
         assert not scenery.robot.has_body
         assert any(line.startswith(said) for line in scenery.said)
 
     def test_it_gives_its_body_back(self, scenery: Scenery) -> None:
         """When it leaves."""
-        scenery.robot.leave()
+        scenery.robot.release_body()
         assert scenery.air.requests == [Leave(ME.id)]
 
 
@@ -260,9 +262,9 @@ class TestTheOthers:
         """A dark lamp proves nothing; and who comes anew sees nobody yet."""
         other = seeded(COLONY, 1, 3).id
         for robot in (PEER.id, other):
-            scenery.robot.take(0.0, RobotSeen(robot, 1, "theirs"))
-        scenery.robot.take(0.1, RobotGone(PEER.id, 1, "theirs"))
-        scenery.robot.keep_time(0.2)
+            scenery.robot.handle_event(0.0, RobotOnline(robot, 1, "theirs"))
+        scenery.robot.handle_event(0.1, RobotOffline(PEER.id, 1, "theirs"))
+        scenery.robot.handle_timers(0.2)
         assert scenery.air.is_searching
         scenery.show(4.0, is_lit=True)
         scenery.show(5.2, is_lit=False)
@@ -273,32 +275,32 @@ class TestTheOthers:
 
     def test_who_is_back_is_missed_no_more(self, scenery: Scenery) -> None:
         """Nothing is done, and nobody is searched for."""
-        scenery.robot.take(0.0, RobotGone(PEER.id, 1, "theirs"))
-        scenery.robot.take(1.0, RobotSeen(PEER.id, 2, "theirs"))
+        scenery.robot.handle_event(0.0, RobotOffline(PEER.id, 1, "theirs"))
+        scenery.robot.handle_event(1.0, RobotOnline(PEER.id, 2, "theirs"))
         scenery.show(9.0, is_lit=True)
-        scenery.robot.keep_time(9.0)
+        scenery.robot.handle_timers(9.0)
         assert scenery.came_anew == 0
         assert not scenery.air.is_searching
 
     def test_a_robot_of_another_version_is_told_of(self, scenery: Scenery) -> None:
         """And moves nobody."""
-        scenery.robot.take(0.0, StrangerSeen(PEER.id, 9))
+        scenery.robot.handle_event(0.0, IncompatiblePeer(PEER.id, 9))
         assert any("speaks version 9 of the protocol" in line for line in scenery.said)
 
     def test_a_twin_that_was_there_first_ends_it(self, scenery: Scenery) -> None:
         """It takes no body away from it, and stops once the other is surely alive."""
-        scenery.robot.take(0.0, RobotSeen(ME.id, 1, "older"))
-        scenery.robot.keep_time(1.0)
-        scenery.robot.leave()
+        scenery.robot.handle_event(0.0, RobotOnline(ME.id, 1, "older"))
+        scenery.robot.handle_timers(1.0)
+        scenery.robot.release_body()
         assert not scenery.air.requests
-        with pytest.raises(TwinError, match="lives already in another process"):
-            scenery.robot.keep_time(7.5)
+        with pytest.raises(DuplicateIdentityError, match="lives already in another process"):
+            scenery.robot.handle_timers(7.5)
 
     def test_it_knows_when_it_has_something_to_do(self, scenery: Scenery) -> None:
         """`next_s` is never later than what is due, and never in the past once that is done."""
         now_s = 0.0
         for _ in range(100):
-            scenery.robot.keep_time(now_s)
+            scenery.robot.handle_timers(now_s)
             assert scenery.robot.next_s > now_s
             now_s = scenery.robot.next_s
 
@@ -306,43 +308,49 @@ class TestTheOthers:
 class TestObservers:
     """Whoever asks is told, and costs it little."""
 
-    def about(self, scenery: Scenery) -> AboutRobot:
-        (answer,) = scenery.ask("about", b"")
-        return decode_about_robot(answer)
+    def about(self, scenery: Scenery) -> RobotMetadata:
+        (answer,) = scenery.ask("metadata", b"")
+        return decode_robot_metadata(answer)
 
     def test_it_tells_what_it_is_like_and_whom_it_sees(self, scenery: Scenery) -> None:
         """Its body is the one that it has: the config's, and then what the arena gave it."""
         config = small()
         about = self.about(scenery)
-        assert (about.robot, about.life, about.peers) == (ME.id, scenery.robot.node.life, [])
+        assert (about.robot, about.incarnation, about.peers) == (
+            ME.id,
+            scenery.robot.node.incarnation,
+            [],
+        )
         told = msgspec.json.decode(about.settings)
         assert set(told) == {"body", "learning", "life", "heredity"}
         for name, settings in told.items():
             assert msgspec.convert(settings, type(group := getattr(config, name))) == group
-        scenery.robot.take(0.0, RobotSeen(PEER.id, 1, "theirs"))
+        scenery.robot.handle_event(0.0, RobotOnline(PEER.id, 1, "theirs"))
         body = msgspec.json.encode(CyberRodent(camera_range_m=0.75)).decode()
-        scenery.robot.take(0.0, Placed(ME.id, encode(Embodied(2, WORLD, 0, 0.1, False, body))))
+        scenery.robot.handle_event(
+            0.0, JoinReplyReceived(ME.id, encode(BodyGranted(2, WORLD, 0, 0.1, False, body)))
+        )
         about = self.about(scenery)
         assert about.peers == [PEER.id]
         assert msgspec.json.decode(about.settings)["body"]["camera_range_m"] == 0.75
 
     def test_of_many_peers_it_names_some(self, scenery: Scenery) -> None:
         """As many as a message holds."""
-        for number in range(PEERS_TOLD + 5):
-            scenery.robot.take(0.0, RobotSeen(number.to_bytes(16), 1, "theirs"))
-        assert len(self.about(scenery).peers) == PEERS_TOLD
+        for number in range(MAX_REPORTED_PEERS + 5):
+            scenery.robot.handle_event(0.0, RobotOnline(number.to_bytes(16), 1, "theirs"))
+        assert len(self.about(scenery).peers) == MAX_REPORTED_PEERS
 
     def test_it_answers_a_hundred_questions_a_second(self, scenery: Scenery) -> None:
         """Of both kinds together; those that are too many, or none, are faults."""
-        node, ask = scenery.robot.node, encode(Ask(scenery.robot.node.life, 1))
-        (answer,) = scenery.ask("past", ask)
-        assert len(decode_past(answer).events) == 4, "its births"
-        answers = [*(scenery.ask("past", ask) + scenery.ask("about", b"") for _ in range(80))]
+        node, ask = scenery.robot.node, encode(HistoryRequest(scenery.robot.node.incarnation, 1))
+        (answer,) = scenery.ask("history", ask)
+        assert len(decode_history_reply(answer).events) == 4, "its births"
+        answers = [*(scenery.ask("history", ask) + scenery.ask("metadata", b"") for _ in range(80))]
         assert sum(map(len, answers)) == 99
         assert node.faults == {"malformed question": 61}
         scenery.unix_s += 1.0
-        assert not scenery.ask("past", b"")
-        assert not scenery.ask("about", b"?")
+        assert not scenery.ask("history", b"")
+        assert not scenery.ask("metadata", b"?")
         assert node.faults == {"malformed question": 63}
         assert self.about(scenery)
 

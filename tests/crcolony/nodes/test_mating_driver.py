@@ -8,10 +8,15 @@ import pytest
 
 from crcolony.evolution.genotype import Gene, Schema
 from crcolony.nodes import mating_driver
-from crcolony.nodes.mating_driver import Exchanges
+from crcolony.nodes.mating_driver import MatingDriver
 from crcolony.protocol.body_messages import Contact
-from crcolony.protocol.encounters import Limits, Note, Offer, Record
-from crcolony.protocol.envelope import Letter, is_genuine, open_letter, seal
+from crcolony.protocol.encounters import EncounterRecord, MatingLimits, Offer, OutcomeReport
+from crcolony.protocol.envelope import (
+    SignedEnvelope,
+    has_valid_signature,
+    open_envelope,
+    sign_message,
+)
 from crcolony.protocol.identity import AllowList, seeded
 from crcolony.protocol.mating_messages import (
     Abort,
@@ -22,7 +27,7 @@ from crcolony.protocol.mating_messages import (
     pack_genes,
 )
 from crcolony.storage.rows import Decision
-from crcolony.storage.store import Store
+from crcolony.storage.store import RobotStore
 
 COLONY = "blue"
 SCHEMA = Schema((Gene("rate", 0.0, 1.0), Gene("weight")))
@@ -38,16 +43,16 @@ class Childless:
     def __init__(self) -> None:
         self.heard: list[str] = []
 
-    def decide(self, record: Record) -> Decision:
+    def decide(self, record: EncounterRecord) -> Decision:
         return Decision(0.5, False, False, b"", 1, bytes(16))
 
-    def undecide(self) -> None:
+    def rollback_decision(self) -> None:
         self.heard.append("undecide")
 
-    def exchanged(self, record: Record, decision: Decision) -> None:
+    def on_mated(self, record: EncounterRecord, decision: Decision) -> None:
         self.heard.append("exchanged")
 
-    def noted(self, note: Note) -> None:
+    def on_outcome(self, note: OutcomeReport) -> None:
         self.heard.append(note.outcome)
 
 
@@ -55,20 +60,20 @@ class Desk:
     """The exchanges of one robot, whose letters are kept."""
 
     def __init__(self, folder: Path, allow: AllowList) -> None:
-        self.store = Store(folder / "memory.sqlite", ME.id, DIGEST, durable=False)
+        self.store = RobotStore(folder / "robot.sqlite", ME.id, DIGEST, durable=False)
         self.sent: list[MatingMessage] = []
         self.parent = Childless()
-        self.exchanges = Exchanges(
-            ME, COLONY, SCHEMA, self.store, self._send, self.parent, allow, Limits(), 5
+        self.exchanges = MatingDriver(
+            ME, COLONY, SCHEMA, self.store, self._send, self.parent, allow, MatingLimits(), 5
         )
         self.counts = self.exchanges.counts
 
     def _send(self, to: bytes, letter: bytes) -> None:
         assert to in (PEER.id, OTHER.id)
-        self.sent.append(open_letter(letter)[1])
+        self.sent.append(open_envelope(letter)[1])
 
     def meet(self, nonce: int = 7) -> None:
-        self.exchanges.meet(1.0, Contact(PEER.id, nonce), Offer("me/1", GENES), 3)
+        self.exchanges.handle_contact(1.0, Contact(PEER.id, nonce), Offer("me/1", GENES), 3)
 
 
 @pytest.fixture
@@ -79,40 +84,44 @@ def desk(tmp_path: Path) -> Iterator[Desk]:
 
 
 @pytest.fixture
-def verified(monkeypatch: pytest.MonkeyPatch) -> list[Letter]:
+def verified(monkeypatch: pytest.MonkeyPatch) -> list[SignedEnvelope]:
     """Every letter whose signature was looked at."""
-    letters: list[Letter] = []
+    letters: list[SignedEnvelope] = []
 
-    def note(letter: Letter, colony: str) -> bool:
+    def note(letter: SignedEnvelope, colony: str) -> bool:
         letters.append(letter)
-        return is_genuine(letter, colony)
+        return has_valid_signature(letter, colony)
 
-    monkeypatch.setattr(mating_driver, "is_genuine", note)
+    monkeypatch.setattr(mating_driver, "has_valid_signature", note)
     return letters
 
 
 def proposal(nonce: int = 7, genes: bytes = GENES, count: int = 1) -> bytes:
     encounter = Encounter(PEER.id, ME.id, 1, count)
-    return seal(Propose(encounter, nonce, DIGEST, "peer/1", genes), COLONY, PEER)
+    return sign_message(Propose(encounter, nonce, DIGEST, "peer/1", genes), COLONY, PEER)
 
 
-def test_a_proposal_after_the_contact_is_accepted(desk: Desk, verified: list[Letter]) -> None:
+def test_a_proposal_after_the_contact_is_accepted(
+    desk: Desk, verified: list[SignedEnvelope]
+) -> None:
     """One verification; the answer is sent after the record is on the disk."""
     desk.meet()
-    desk.exchanges.receive(1.1, proposal())
+    desk.exchanges.handle_envelope(1.1, proposal())
     assert [type(message).__name__ for message in desk.sent] == ["Accept"]
     assert [record.state for record in desk.store.open_records()] == ["prepared"]
     assert len(verified) == 1
 
 
-def test_letters_that_nobody_waits_for_are_not_verified(desk: Desk, verified: list[Letter]) -> None:
+def test_letters_that_nobody_waits_for_are_not_verified(
+    desk: Desk, verified: list[SignedEnvelope]
+) -> None:
     """Thousands of them, of a stranger without a contact, with a wrong nonce, about encounters long over."""
     desk.meet(nonce=7)
     for count in range(1, 2001):
-        desk.exchanges.receive(1.1, proposal(nonce=8, count=count))
+        desk.exchanges.handle_envelope(1.1, proposal(nonce=8, count=count))
         encounter = Encounter(PEER.id, ME.id, 1, count)
         for message in (Commit(encounter), Abort(encounter)):
-            desk.exchanges.receive(1.1, seal(message, COLONY, PEER))
+            desk.exchanges.handle_envelope(1.1, sign_message(message, COLONY, PEER))
     assert verified == []
     assert desk.sent == []
     assert desk.counts["unexpected"] == 6000
@@ -120,7 +129,7 @@ def test_letters_that_nobody_waits_for_are_not_verified(desk: Desk, verified: li
 
 def test_a_proposal_before_the_own_contact_waits_for_it(desk: Desk) -> None:
     """Bodies may report one contact at different times."""
-    desk.exchanges.receive(1.0, proposal())
+    desk.exchanges.handle_envelope(1.0, proposal())
     assert desk.sent == []
     desk.meet()
     assert [type(message).__name__ for message in desk.sent] == ["Accept"]
@@ -131,8 +140,8 @@ def test_what_is_put_aside_is_bounded(desk: Desk) -> None:
     for number in range(200):
         stranger = seeded(COLONY, 9, number)
         encounter = Encounter(stranger.id, ME.id, 1, 1)
-        letter = seal(Propose(encounter, 7, DIGEST, "x/1", GENES), COLONY, stranger)
-        desk.exchanges.receive(1.0, letter)
+        letter = sign_message(Propose(encounter, 7, DIGEST, "x/1", GENES), COLONY, stranger)
+        desk.exchanges.handle_envelope(1.0, letter)
     assert len(desk.exchanges._early) == 32
 
 
@@ -140,12 +149,12 @@ def test_forged_unfit_and_malformed_letters_are_counted_and_change_nothing(desk:
     """A signature of another colony; a gene out of range; genes of another length; bytes that are no letter."""
     desk.meet()
     encounter = Encounter(PEER.id, ME.id, 1, 1)
-    elsewhere = seal(Propose(encounter, 7, DIGEST, "p/1", GENES), "red", PEER)
-    desk.exchanges.receive(1.1, elsewhere)
-    desk.exchanges.receive(1.1, proposal(genes=bytes(8) + bytes(8) + bytes(8)))
+    elsewhere = sign_message(Propose(encounter, 7, DIGEST, "p/1", GENES), "red", PEER)
+    desk.exchanges.handle_envelope(1.1, elsewhere)
+    desk.exchanges.handle_envelope(1.1, proposal(genes=bytes(8) + bytes(8) + bytes(8)))
     high = pack_genes(np.array([1.5, 0.0]))
-    desk.exchanges.receive(1.1, proposal(genes=high))
-    desk.exchanges.receive(1.1, b"\x93")
+    desk.exchanges.handle_envelope(1.1, proposal(genes=high))
+    desk.exchanges.handle_envelope(1.1, b"\x93")
     assert desk.counts["forged"] == 1
     assert desk.counts["unfit"] == 2
     assert desk.counts["malformed"] == 1
@@ -157,16 +166,16 @@ def test_only_the_listed_are_mated_with(tmp_path: Path) -> None:
     """In the mode `enforce`: neither their contacts nor their letters lead to anything."""
     desk = Desk(tmp_path, AllowList(frozenset({OTHER.id})))
     desk.meet()
-    desk.exchanges.receive(1.1, proposal())
+    desk.exchanges.handle_envelope(1.1, proposal())
     assert desk.counts["not allowed"] == 2
     assert desk.sent == []
     desk.store.close()
 
 
-def test_verifications_are_limited(desk: Desk, verified: list[Letter]) -> None:
+def test_verifications_are_limited(desk: Desk, verified: list[SignedEnvelope]) -> None:
     """A replayed letter of an open encounter costs so many verifications a second, and no more."""
     desk.meet()
     for _ in range(1000):
-        desk.exchanges.receive(1.1, proposal())
+        desk.exchanges.handle_envelope(1.1, proposal())
     assert len(verified) <= 500
     assert desk.counts["too many"] >= 500

@@ -12,13 +12,13 @@ ALIVE = f"crcolony/{VERSION}/colony/ours/alive"
 
 def test_the_token_of_a_robot_says_who_it_is() -> None:
     """Written and read, it is the same."""
-    token = key_expressions.robot_token(ColonyKeys("ours").alive(ROBOT, 7, "a1b2"))
+    token = key_expressions.parse_robot_token(ColonyKeys("ours").alive(ROBOT, 7, "a1b2"))
     assert token == RobotToken("ours", ROBOT, 7, "a1b2")
 
 
 def test_the_token_of_an_arena_says_which_run_of_it_it_is() -> None:
     """Written and read, it is the same."""
-    token = key_expressions.arena_token(ArenaKeys("here").alive(2**61, "a1b2"))
+    token = key_expressions.parse_arena_token(ArenaKeys("here").alive(2**61, "a1b2"))
     assert token == ArenaToken("here", 2**61, "a1b2")
 
 
@@ -43,8 +43,8 @@ def test_the_token_of_an_arena_says_which_run_of_it_it_is() -> None:
 )
 def test_a_token_that_is_none_says_nothing(key: str) -> None:
     """Numbers too large, too long, or of another script; no robot; parts that are missing."""
-    assert key_expressions.robot_token(key) is None
-    assert key_expressions.arena_token(key) is None
+    assert key_expressions.parse_robot_token(key) is None
+    assert key_expressions.parse_arena_token(key) is None
 
 
 def test_who_speaks_another_version_is_known_as_a_stranger() -> None:
@@ -53,6 +53,6 @@ def test_who_speaks_another_version_is_known_as_a_stranger() -> None:
     def alive(version: str) -> str:
         return f"crcolony/{version}/colony/ours/alive/{ROBOT.hex()}/1/session"
 
-    assert key_expressions.stranger_in(alive("99")) == (ROBOT, 99)
+    assert key_expressions.parse_incompatible_peer(alive("99")) == (ROBOT, 99)
     for version in (str(VERSION), "²", "9" * 5000, "new"):
-        assert key_expressions.stranger_in(alive(version)) is None
+        assert key_expressions.parse_incompatible_peer(alive(version)) is None

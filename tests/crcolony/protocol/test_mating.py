@@ -9,8 +9,16 @@ from dataclasses import replace
 
 import pytest
 
-from crcolony.protocol.encounters import Effect, Limits, Note, Offer, Record, Send, Write
-from crcolony.protocol.mating import Mating
+from crcolony.protocol.encounters import (
+    Effect,
+    EncounterRecord,
+    MatingLimits,
+    Offer,
+    OutcomeReport,
+    Send,
+    Write,
+)
+from crcolony.protocol.mating import MatingStateMachine
 from crcolony.protocol.mating_messages import (
     Abort,
     Accept,
@@ -28,24 +36,24 @@ SCHEMA, OTHER_SCHEMA = bytes(16), bytes([1] * 16)
 NONCE, TICK = 7, 5
 OF_A, OF_B, OF_C = (Offer(name, name.encode() * 8) for name in ("ann", "bob", "cy"))
 LETTER = b"a letter, sealed"
-LIMITS = Limits()
+LIMITS = MatingLimits()
 
 
-def mating(me: bytes, limits: Limits = LIMITS, life: int = 1) -> Mating:
+def mating(me: bytes, limits: MatingLimits = LIMITS, life: int = 1) -> MatingStateMachine:
     """Return a robot's mating at its start."""
-    return Mating(me, life, SCHEMA, limits)
+    return MatingStateMachine(me, life, SCHEMA, limits)
 
 
 def meets(
-    robot: Mating, peer: bytes, own: Offer, now_s: float = 0.0, nonce: int = NONCE
+    robot: MatingStateMachine, peer: bytes, own: Offer, now_s: float = 0.0, nonce: int = NONCE
 ) -> list[Effect]:
     """Report a contact."""
-    return robot.meet(now_s, peer, nonce, own, TICK)
+    return robot.handle_contact(now_s, peer, nonce, own, TICK)
 
 
-def hears(robot: Mating, message: MatingMessage, now_s: float = 0.1) -> list[Effect]:
+def hears(robot: MatingStateMachine, message: MatingMessage, now_s: float = 0.1) -> list[Effect]:
     """Let a robot receive a message."""
-    return robot.receive(now_s, message, LETTER)
+    return robot.handle_message(now_s, message, LETTER)
 
 
 def says(effects: Iterable[Effect]) -> list[MatingMessage]:
@@ -62,7 +70,7 @@ def writes(effects: Iterable[Effect]) -> list[str]:
 
 def notes(effects: Iterable[Effect]) -> list[str]:
     """Return what observers are told."""
-    return [effect.outcome for effect in effects if isinstance(effect, Note)]
+    return [effect.outcome for effect in effects if isinstance(effect, OutcomeReport)]
 
 
 def only_write(effects: Iterable[Effect]) -> Write:
@@ -83,21 +91,21 @@ BA = encounter(B, A)
 COUNTER = Propose(BA, NONCE, SCHEMA, OF_B.agent, OF_B.genes)
 
 
-def proposed() -> Mating:
+def proposed() -> MatingStateMachine:
     """Return A, which has proposed to B."""
     robot = mating(A)
     meets(robot, B, OF_A)
     return robot
 
 
-def decided() -> Mating:
+def decided() -> MatingStateMachine:
     """Return A, which has decided to mate with B."""
     robot = proposed()
     hears(robot, ACCEPT)
     return robot
 
 
-def prepared() -> Mating:
+def prepared() -> MatingStateMachine:
     """Return B, which is prepared to mate with A."""
     robot = mating(B)
     meets(robot, A, OF_B)
@@ -105,7 +113,7 @@ def prepared() -> Mating:
     return robot
 
 
-def states(robot: Mating) -> list[str]:
+def states(robot: MatingStateMachine) -> list[str]:
     """Return the states of a robot's open encounters."""
     return [record.state for record in robot.open]
 
@@ -130,7 +138,7 @@ class TestInitiator:
         assert (write.decided.proof, write.decided.nonce, write.decided.tick) == (
             LETTER, NONCE, TICK,
         )  # fmt: skip
-        assert isinstance(note, Note)
+        assert isinstance(note, OutcomeReport)
         assert note.outcome == "mated"
         assert send == Send(B, Commit(AB))
         assert states(robot) == ["decided"]
@@ -139,13 +147,13 @@ class TestInitiator:
         """The reason is noted."""
         robot = proposed()
         (note,) = hears(robot, Refuse(AB, "busy"))
-        assert note == Note("refused", B, AB, "busy")
+        assert note == OutcomeReport("refused", B, AB, "busy")
         assert states(robot) == []
 
     def test_a_proposal_without_an_answer_is_given_up(self) -> None:
         """The partner is told, in case it is prepared."""
         robot = proposed()
-        effects = robot.tick(LIMITS.propose_s)
+        effects = robot.handle_timeouts(LIMITS.propose_s)
         assert says(effects) == [Abort(AB)]
         assert notes(effects) == ["expired"]
         assert states(robot) == []
@@ -156,7 +164,7 @@ class TestInitiator:
         times = []
         while robot.next_s < LIMITS.propose_s:
             now_s = robot.next_s
-            if says(robot.tick(now_s)) == [PROPOSE]:
+            if says(robot.handle_timeouts(now_s)) == [PROPOSE]:
                 times.append(round(now_s, 3))
         assert times == [0.2, 0.6, 1.4]
 
@@ -164,7 +172,7 @@ class TestInitiator:
         """At an Accept that comes again, and at every reminder."""
         robot = decided()
         assert says(hears(robot, ACCEPT)) == [Commit(AB)]
-        assert says(robot.tick(robot.next_s)) == [Commit(AB)]
+        assert says(robot.handle_timeouts(robot.next_s)) == [Commit(AB)]
         assert writes(hears(robot, Done(AB))) == ["mated"]
         assert states(robot) == []
         assert robot.next_s == float("inf")
@@ -176,12 +184,12 @@ class TestInitiator:
     def test_a_decision_without_acknowledgement_is_orphaned_and_kept(self) -> None:
         """It is written as such, once, is said seldom from then on, and is resolved if the partner returns."""
         robot = decided()
-        effects = robot.tick(0.1 + LIMITS.orphan_s)
+        effects = robot.handle_timeouts(0.1 + LIMITS.orphan_s)
         assert notes(effects) == ["orphaned"]
         assert only_write(effects).records[0].orphaned
         assert only_write(effects).decided is None
         assert robot.next_s == pytest.approx(0.1 + LIMITS.orphan_s + LIMITS.longest_retry_s)
-        assert says(robot.tick(robot.next_s)) == [Commit(AB)]
+        assert says(robot.handle_timeouts(robot.next_s)) == [Commit(AB)]
         assert writes(robot.give_up(1e9, AB)) == []
         effects = hears(robot, Done(AB))
         assert writes(effects) == ["mated"]
@@ -227,7 +235,7 @@ class TestResponder:
         write = only_write(effects)
         assert write.decided is None
         assert write.records == (
-            Record(AB, "responder", "prepared", NONCE, TICK, OF_B, OF_A, LETTER),
+            EncounterRecord(AB, "responder", "prepared", NONCE, TICK, OF_B, OF_A, LETTER),
         )
         assert effects.index(write) < effects.index(Send(A, ACCEPT))
         assert says(effects) == [ACCEPT]
@@ -306,7 +314,7 @@ class TestResponder:
         """After doubt_s it says Accept again, counts a doubt once, and answers other robots meanwhile."""
         robot = prepared()
         assert robot.is_engaged
-        effects = robot.tick(robot.next_s)
+        effects = robot.handle_timeouts(robot.next_s)
         assert says(effects) == [ACCEPT]
         assert notes(effects) == ["doubt"]
         assert robot.doubts == 1
@@ -323,7 +331,7 @@ class TestResponder:
         meets(robot, A, OF_C)
         first = Propose(encounter(A, C), NONCE, SCHEMA, OF_A.agent, OF_A.genes)
         hears(robot, first)
-        robot.tick(robot.next_s)
+        robot.handle_timeouts(robot.next_s)
         meets(robot, B, OF_C, now_s=0.7, nonce=9)
         second = Propose(encounter(B, C), 9, SCHEMA, OF_B.agent, OF_B.genes)
         assert writes(hears(robot, second, 0.8)) == ["prepared"]
@@ -334,11 +342,11 @@ class TestResponder:
         """It is kept, asks seldom, and is resolved if the initiator returns after all."""
         robot = prepared()
         hears(robot, PROPOSE)
-        effects = robot.tick(0.1 + LIMITS.orphan_s)
+        effects = robot.handle_timeouts(0.1 + LIMITS.orphan_s)
         assert notes(effects) == ["orphaned"]
         assert only_write(effects).records[0].orphaned
         assert robot.next_s == pytest.approx(0.1 + LIMITS.orphan_s + LIMITS.longest_retry_s)
-        assert says(robot.tick(robot.next_s)) == [ACCEPT]
+        assert says(robot.handle_timeouts(robot.next_s)) == [ACCEPT]
         assert robot.doubts == 1
         effects = hears(robot, Abort(AB))
         assert writes(effects) == ["aborted"]
@@ -358,11 +366,11 @@ class TestResponder:
 class TestCrossedProposals:
     """Both robots propose: the smaller id remains the initiator."""
 
-    def both_have_proposed(self) -> tuple[Mating, Mating]:
+    def both_have_proposed(self) -> tuple[MatingStateMachine, MatingStateMachine]:
         """Return A and B after each has proposed to the other."""
         a, b = mating(A), mating(B)
         meets(b, A, OF_B)
-        assert says(b.tick(LIMITS.patience_s)) == [COUNTER]
+        assert says(b.handle_timeouts(LIMITS.patience_s)) == [COUNTER]
         meets(a, B, OF_A)
         return a, b
 
@@ -371,7 +379,7 @@ class TestCrossedProposals:
         robot = mating(B)
         assert meets(robot, A, OF_B) == []
         assert robot.next_s == LIMITS.patience_s
-        assert robot.tick(LIMITS.patience_s - 0.01) == []
+        assert robot.handle_timeouts(LIMITS.patience_s - 0.01) == []
         assert says(hears(robot, PROPOSE)) == [ACCEPT]
 
     def test_the_larger_id_yields(self) -> None:
@@ -407,7 +415,7 @@ class TestCrossedProposals:
         """The robots met again before their proposals crossed: the nonce tells which agent is asked for."""
         b = mating(B)
         meets(b, A, OF_B)
-        b.tick(LIMITS.patience_s)
+        b.handle_timeouts(LIMITS.patience_s)
         newer = Offer("ben", b"bencoded")
         meets(b, A, newer, now_s=1.0, nonce=8)
         (accept,) = says(hears(b, Propose(AB, 8, SCHEMA, OF_A.agent, OF_A.genes)))
@@ -427,7 +435,7 @@ class TestThreeRobots:
             assert says(effects) == [Refuse(encounter(C, B), "busy")]
             assert notes(effects) == ["busy"]
 
-    def b_proposed_to_d(self) -> Mating:
+    def b_proposed_to_d(self) -> MatingStateMachine:
         """Return B, which has proposed to D."""
         robot = mating(B)
         meets(robot, D, OF_B)
@@ -465,7 +473,7 @@ class TestThreeRobots:
         meets(robot, B, OF_A, now_s=0.3, nonce=10)
         hears(robot, Done(AB), 0.4)
         assert robot.next_s <= 0.4
-        (proposal_now,) = says(robot.tick(0.4))
+        (proposal_now,) = says(robot.handle_timeouts(0.4))
         assert proposal_now.encounter == encounter(A, B, 2)
 
     def test_letters_to_others_and_from_itself_are_ignored(self) -> None:
@@ -486,7 +494,7 @@ class TestTimeAndPlace:
         robot = mating(B)
         meets(robot, A, OF_B)
         assert robot.is_awaited
-        assert robot.tick(LIMITS.contact_s) == []
+        assert robot.handle_timeouts(LIMITS.contact_s) == []
         assert not robot.is_awaited
         assert hears(robot, PROPOSE, LIMITS.contact_s) == []
 
@@ -503,26 +511,26 @@ class TestTimeAndPlace:
 
     def test_a_partner_that_is_gone_frees_a_robot(self) -> None:
         """A proposal is given up, a contact forgotten; what is prepared stays, in doubt."""
-        effects = (robot := proposed()).partner_is_gone(0.1, B)
+        effects = (robot := proposed()).handle_peer_offline(0.1, B)
         assert says(effects) == [Abort(AB)]
         assert robot.open == ()
-        effects = (robot := prepared()).partner_is_gone(0.2, A)
+        effects = (robot := prepared()).handle_peer_offline(0.2, A)
         assert notes(effects) == ["doubt"]
         assert not robot.is_engaged
         assert states(robot) == ["prepared"]
         robot = prepared()
-        assert robot.partner_is_gone(0.2, C) == []
+        assert robot.handle_peer_offline(0.2, C) == []
         assert robot.is_engaged
         robot = mating(B)
         meets(robot, A, OF_B)
-        assert robot.partner_is_gone(0.1, A) == []
+        assert robot.handle_peer_offline(0.1, A) == []
         assert not robot.is_awaited
 
     def test_a_partner_that_is_back_is_reminded_at_once(self) -> None:
         """Whatever its absence left open; others are not."""
         robot = decided()
-        assert says(robot.partner_is_back(9.0, B)) == [Commit(AB)]
-        assert robot.partner_is_back(9.0, C) == []
+        assert says(robot.handle_peer_online(9.0, B)) == [Commit(AB)]
+        assert robot.handle_peer_online(9.0, C) == []
 
     def test_it_says_when_to_look_at_the_clock(self) -> None:
         """Nothing due: never. A contact: when patience or the contact ends. An encounter: the reminder."""
@@ -539,15 +547,15 @@ class TestTimeAndPlace:
         meets(robot, B, OF_A, now_s=0.2, nonce=9)
         for _ in range(100):
             before = robot.next_s
-            robot.tick(before)
+            robot.handle_timeouts(before)
             assert robot.next_s > before
 
     def test_a_contact_of_which_nothing_can_come_is_due_when_it_ends(self) -> None:
         """So that lockstep does not wait for it any longer."""
-        robot = mating(A, Limits(open=0))
+        robot = mating(A, MatingLimits(open=0))
         assert meets(robot, B, OF_A) == []
         assert robot.next_s == LIMITS.contact_s
-        robot.tick(robot.next_s)
+        robot.handle_timeouts(robot.next_s)
         assert not robot.is_awaited
 
     def test_a_copy_goes_its_own_way(self) -> None:
@@ -564,10 +572,10 @@ class TestLimits:
 
     def test_with_too_many_open_encounters_there_are_no_new_ones(self) -> None:
         """It neither proposes nor accepts, and does what it has."""
-        robot = mating(B, Limits(open=1))
+        robot = mating(B, MatingLimits(open=1))
         meets(robot, A, OF_B)
         hears(robot, PROPOSE)
-        robot.tick(LIMITS.doubt_s + 0.1)
+        robot.handle_timeouts(LIMITS.doubt_s + 0.1)
         assert meets(robot, D, OF_B, now_s=0.7, nonce=9) == []
         meets(robot, C, OF_B, now_s=0.7, nonce=9)
         proposal = Propose(encounter(C, B), 9, SCHEMA, OF_C.agent, OF_C.genes)
@@ -577,7 +585,7 @@ class TestLimits:
 
     def test_with_too_many_peers_strangers_are_refused(self) -> None:
         """The number of one's last encounter is never forgotten, so there is no room for another's."""
-        robot = mating(C, Limits(peers=1))
+        robot = mating(C, MatingLimits(peers=1))
         meets(robot, A, OF_C)
         first = Propose(encounter(A, C), NONCE, SCHEMA, OF_A.agent, OF_A.genes)
         hears(robot, first)
@@ -598,7 +606,7 @@ class TestDisk:
         robot = mating(B)
         meets(robot, A, OF_B)
         write = only_write(hears(robot, PROPOSE))
-        effects = robot.undo(0.2, write)
+        effects = robot.rollback(0.2, write)
         assert says(effects) == [Refuse(AB, "storage")]
         assert notes(effects) == ["storage"]
         assert robot.open == ()
@@ -608,14 +616,14 @@ class TestDisk:
         robot = prepared()
         meets(robot, A, OF_B, nonce=8)
         newer = Propose(encounter(A, B, 2), 8, SCHEMA, OF_A.agent, OF_A.genes)
-        effects = robot.undo(0.3, only_write(hears(robot, newer)))
+        effects = robot.rollback(0.3, only_write(hears(robot, newer)))
         assert says(effects) == [Refuse(newer.encounter, "storage")]
         assert [(r.encounter, r.state) for r in robot.open] == [(AB, "prepared")]
 
     def test_an_undone_decision_is_aborted(self) -> None:
         """It was never said."""
         robot = proposed()
-        effects = robot.undo(0.2, only_write(hears(robot, ACCEPT)))
+        effects = robot.rollback(0.2, only_write(hears(robot, ACCEPT)))
         assert says(effects) == [Abort(AB)]
         assert robot.open == ()
         assert says(hears(robot, ACCEPT)) == [Abort(AB)]
@@ -623,7 +631,7 @@ class TestDisk:
     def test_an_undone_mating_can_still_take_place(self) -> None:
         """The responder stays prepared, the initiator says Commit again, and then the decision is made."""
         robot = prepared()
-        robot.undo(0.2, only_write(hears(robot, Commit(AB))))
+        robot.rollback(0.2, only_write(hears(robot, Commit(AB))))
         assert states(robot) == ["prepared"]
         effects = hears(robot, Commit(AB), 0.3)
         assert only_write(effects).decided is not None
@@ -632,8 +640,8 @@ class TestDisk:
     def test_an_undone_end_is_ended_later(self) -> None:
         """The initiator goes on saying Commit, and hears Done again."""
         robot = decided()
-        robot.undo(0.2, only_write(hears(robot, Done(AB))))
-        assert says(robot.tick(robot.next_s)) == [Commit(AB)]
+        robot.rollback(0.2, only_write(hears(robot, Done(AB))))
+        assert says(robot.handle_timeouts(robot.next_s)) == [Commit(AB)]
         assert writes(hears(robot, Done(AB))) == ["mated"]
 
     def test_what_is_open_on_disk_is_taken_up_after_a_crash(self) -> None:
@@ -644,7 +652,7 @@ class TestDisk:
             assert robot.open == before.open
             assert not robot.is_engaged
             assert robot.doubts == states(robot).count("prepared")
-            assert says(robot.tick(robot.next_s)) == [word]
+            assert says(robot.handle_timeouts(robot.next_s)) == [word]
 
     def test_an_orphan_on_disk_is_asked_for_seldom_after_a_crash(self) -> None:
         """It is not counted again."""
@@ -652,7 +660,7 @@ class TestDisk:
         robot = mating(B, life=2)
         robot.restore(100.0, [replace(record, orphaned=True)], {})
         assert robot.next_s == 100.0 + LIMITS.longest_retry_s
-        assert notes(robot.tick(1000.0)) == []
+        assert notes(robot.handle_timeouts(1000.0)) == []
 
     def test_numbers_of_a_new_life_are_new(self) -> None:
         """A proposal after a crash is newer than any before."""

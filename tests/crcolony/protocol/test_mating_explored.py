@@ -11,10 +11,10 @@ from dataclasses import replace
 import msgspec
 import pytest
 
-from crcolony.protocol.encounters import Effect, Offer, Record, Send, Write
-from crcolony.protocol.envelope import Letter
+from crcolony.protocol.encounters import Effect, EncounterRecord, Offer, Send, Write
+from crcolony.protocol.envelope import SignedEnvelope
 from crcolony.protocol.identity import RobotId
-from crcolony.protocol.mating import Mating, _Open
+from crcolony.protocol.mating import MatingStateMachine, _Open
 from crcolony.protocol.mating_messages import (
     Abort,
     Accept,
@@ -111,35 +111,35 @@ class SaysDoneFirst(SaysFirst):
 
 
 class KeepsMarksInMemory(Caller):
-    def restored(self, me: RobotId, disk: Disk) -> Mating:
+    def restored(self, me: RobotId, disk: Disk) -> MatingStateMachine:
         mating = self.mating(me, disk.life, SCHEMA, LIMITS)
         mating.restore(NOW_S, filter(self.is_open, disk.records), {})
         return mating
 
 
 class KeepsLifeInMemory(Caller):
-    def start(self, me: RobotId, disk: Disk) -> tuple[Disk, Mating]:
+    def start(self, me: RobotId, disk: Disk) -> tuple[Disk, MatingStateMachine]:
         disk = replace(disk, life=1)
         return disk, self.restored(me, disk)
 
 
 class SkipsSignature(Caller):
-    def is_genuine(self, letter: Letter) -> bool:
+    def has_valid_signature(self, letter: SignedEnvelope) -> bool:
         return True
 
 
 class ForgetsDecided(Caller):
-    def is_open(self, record: Record) -> bool:
+    def is_open(self, record: EncounterRecord) -> bool:
         return record.state == "prepared"
 
 
 class ForgetsPrepared(Caller):
-    def is_open(self, record: Record) -> bool:
+    def is_open(self, record: EncounterRecord) -> bool:
         return record.state == "decided"
 
 
 class DoesNotUndo(Caller):
-    def refused(self, mating: Mating, write: Write) -> list[Effect]:
+    def refused(self, mating: MatingStateMachine, write: Write) -> list[Effect]:
         return []
 
 
@@ -211,13 +211,13 @@ class TestSabotagedCaller:
 # Sabotaged state machines ----------------------------------------------------------------------------------------
 
 
-class IgnoresMarks(Mating):
+class IgnoresMarks(MatingStateMachine):
     def _on_propose(self, now_s: float, message: Propose, letter: bytes) -> list[Effect]:
         self._marks.clear()
         return super()._on_propose(now_s, message, letter)
 
 
-class GuessesCommit(Mating):
+class GuessesCommit(MatingStateMachine):
     def give_up(self, now_s: float, encounter: Encounter) -> list[Effect]:
         waiting = self._open[encounter]
         if waiting.record.state == "prepared":
@@ -225,7 +225,7 @@ class GuessesCommit(Mating):
         return super().give_up(now_s, encounter)
 
 
-class GuessesAbort(Mating):
+class GuessesAbort(MatingStateMachine):
     def give_up(self, now_s: float, encounter: Encounter) -> list[Effect]:
         waiting = self._open[encounter]
         if waiting.record.state == "prepared":
@@ -233,7 +233,7 @@ class GuessesAbort(Mating):
         return super().give_up(now_s, encounter)
 
 
-class GivesUpDecided(Mating):
+class GivesUpDecided(MatingStateMachine):
     def give_up(self, now_s: float, encounter: Encounter) -> list[Effect]:
         waiting = self._open[encounter]
         if waiting.record.state == "decided":
@@ -242,7 +242,7 @@ class GivesUpDecided(Mating):
         return super().give_up(now_s, encounter)
 
 
-class PresumesCommit(Mating):
+class PresumesCommit(MatingStateMachine):
     def _on_accept(
         self, now_s: float, message: Accept, letter: bytes, waiting: _Open | None
     ) -> list[Effect]:
@@ -251,7 +251,7 @@ class PresumesCommit(Mating):
         return super()._on_accept(now_s, message, letter, waiting)
 
 
-class PresumesNothing(Mating):
+class PresumesNothing(MatingStateMachine):
     def _on_accept(
         self, now_s: float, message: Accept, letter: bytes, waiting: _Open | None
     ) -> list[Effect]:
@@ -260,7 +260,7 @@ class PresumesNothing(Mating):
         return super()._on_accept(now_s, message, letter, waiting)
 
 
-class IgnoresNonce(Mating):
+class IgnoresNonce(MatingStateMachine):
     def expects(self, message: MatingMessage) -> bool:
         if isinstance(message, Propose) and message.encounter.responder == self.me:
             return self._nonce_with(message.encounter.initiator) is not None
@@ -274,35 +274,37 @@ class IgnoresNonce(Mating):
         return super()._on_accept(now_s, message, letter, waiting)
 
 
-class ForgetsUnacknowledged(Mating):
+class ForgetsUnacknowledged(MatingStateMachine):
     """Proposes anew to a robot that has not acknowledged the last mating; that robot then aborts the older."""
 
     def _has_open(self, peer: RobotId) -> bool:
         return self._proposal_to(peer) is not None
 
 
-class BelievesLateRefusal(Mating):
-    def receive(self, now_s: float, message: MatingMessage, letter: bytes) -> list[Effect]:
+class BelievesLateRefusal(MatingStateMachine):
+    def handle_message(self, now_s: float, message: MatingMessage, letter: bytes) -> list[Effect]:
         waiting = self._open.get(message.encounter)
         if isinstance(message, Refuse) and waiting and waiting.record.state == "decided":
             return self._close(waiting, "aborted")
-        return super().receive(now_s, message, letter)
+        return super().handle_message(now_s, message, letter)
 
 
-class IgnoresAbort(Mating):
+class IgnoresAbort(MatingStateMachine):
     def expects(self, message: MatingMessage) -> bool:
         return not isinstance(message, Abort) and super().expects(message)
 
 
-class OffersWhoeverIsInControl(Mating):
+class OffersWhoeverIsInControl(MatingStateMachine):
     """As a responder, answers for the agent of another contact than the one the proposal belongs to."""
 
-    def meet(self, now_s: float, peer: RobotId, nonce: int, own: Offer, tick: int) -> list[Effect]:
+    def handle_contact(
+        self, now_s: float, peer: RobotId, nonce: int, own: Offer, tick: int
+    ) -> list[Effect]:
         older = self._contacts.get(peer)
-        return super().meet(now_s, peer, nonce, older.own if older else own, tick)
+        return super().handle_contact(now_s, peer, nonce, older.own if older else own, tick)
 
 
-def made_of(mating: type[Mating]) -> Caller:
+def made_of(mating: type[MatingStateMachine]) -> Caller:
     """Return a flawless caller of a sabotaged state machine."""
     caller = Caller()
     caller.mating = mating

@@ -18,22 +18,33 @@ from crcolony.body.contract import ACTION, ACTION_WIDTH, OBSERVATION, OBSERVATIO
 from crcolony.evolution.genotype import Gene, Schema
 from crcolony.protocol.body_messages import (
     Action,
+    BodyDenied,
+    BodyGranted,
     Contact,
-    Embodied,
     Join,
     Leave,
     Observation,
-    Refused,
     decode_action,
     decode_join,
+    decode_join_reply,
     decode_observation,
-    decode_place,
     pack_row,
     unpack_row,
 )
-from crcolony.protocol.codec import BODY_BYTES, LETTER_BYTES, Message, WireError, encode
-from crcolony.protocol.encounters import Limits
-from crcolony.protocol.envelope import Letter, is_genuine, open_letter, seal
+from crcolony.protocol.codec import (
+    MAX_BODY_MESSAGE_BYTES,
+    MAX_ENVELOPE_BYTES,
+    Message,
+    WireError,
+    encode,
+)
+from crcolony.protocol.encounters import MatingLimits
+from crcolony.protocol.envelope import (
+    SignedEnvelope,
+    has_valid_signature,
+    open_envelope,
+    sign_message,
+)
 from crcolony.protocol.identity import seeded
 from crcolony.protocol.mating_messages import (
     BY_INITIATOR,
@@ -45,7 +56,7 @@ from crcolony.protocol.mating_messages import (
     MatingMessage,
     Propose,
     Refuse,
-    decode_mating,
+    decode_mating_message,
     pack_genes,
     receiver_of,
     sender_of,
@@ -67,10 +78,10 @@ from tests.vectors.make import (
 )
 
 DOORS: dict[str, Callable[[bytes], Any]] = {
-    "letter": lambda data: open_letter(data)[0],
-    "mating": decode_mating,
+    "letter": lambda data: open_envelope(data)[0],
+    "mating": decode_mating_message,
     "join": decode_join,
-    "place": decode_place,
+    "join_reply": decode_join_reply,
     "observation": decode_observation,
     "action": decode_action,
 }
@@ -80,8 +91,8 @@ DOOR_OF = {
     **dict.fromkeys(LETTERS, "letter"),
     "join": "join",
     "leave": "join",
-    "embodied": "place",
-    "refused": "place",
+    "body_granted": "join_reply",
+    "body_denied": "join_reply",
     "observation": "observation",
     "observation_alone": "observation",
     "action": "action",
@@ -115,7 +126,7 @@ class TestVectors:
         message = DOORS[DOOR_OF[name]](VECTORS[name])
         assert plain(message) == msgpack.unpackb(VECTORS[name])
         if name in LETTERS:
-            content = decode_mating(message.content)
+            content = decode_mating_message(message.content)
             assert content == LETTERS[name]
             assert plain(content) == msgpack.unpackb(message.content)
         else:
@@ -133,10 +144,10 @@ class TestVectors:
     @pytest.mark.parametrize("name", LETTERS)
     def test_letters_are_genuine(self, name: str) -> None:
         """Signed by the robot that must have said it."""
-        letter, message = open_letter(VECTORS[name])
+        letter, message = open_envelope(VECTORS[name])
         sender = INITIATOR if name in ("propose", "commit", "abort") else RESPONDER
         receiver = RESPONDER if sender is INITIATOR else INITIATOR
-        assert is_genuine(letter, COLONY)
+        assert has_valid_signature(letter, COLONY)
         assert letter.key == sender.public_key
         assert sender_of(message) == sender.id
         assert receiver_of(message) == receiver.id
@@ -162,7 +173,7 @@ class TestDescription:
             *LETTERS.values(),
             *BODIES.values(),
             ENCOUNTER,
-            Letter(b"", b"", b""),
+            SignedEnvelope(b"", b"", b""),
         ):
             for name in message.__struct_fields__:
                 assert f"`{name}`" in self.TEXT, f"{type(message).__name__}.{name}"
@@ -174,7 +185,7 @@ class TestDescription:
 
     def test_it_names_every_deadline_and_its_default(self) -> None:
         """In seconds, or a plain number."""
-        for name, value in msgspec.structs.asdict(Limits()).items():
+        for name, value in msgspec.structs.asdict(MatingLimits()).items():
             unit = " s" if name.endswith("_s") else ""
             assert f"| `{name}` | {value:,g}{unit} |" in self.TEXT, name
 
@@ -207,7 +218,7 @@ def pack(*values: Any) -> bytes:
 
 
 COMMIT = pack("commit", WHO)
-EMBODIED = ("embodied", 0, 0, 0)
+EMBODIED = ("body_granted", 0, 0, 0)
 
 MALFORMED: dict[str, tuple[str, bytes]] = {
     "nothing": ("mating", b""),
@@ -300,21 +311,21 @@ MALFORMED: dict[str, tuple[str, bytes]] = {
     "colony_not_ascii": ("join", pack("join", IDS[0], "ä", 0)),
     "colony_with_a_line_end": ("join", pack("join", IDS[0], "a\n", 0)),
     "leave_with_nothing": ("join", pack("leave")),
-    "period_zero": ("place", pack(*EMBODIED, 0.0, True, "")),
-    "period_negative": ("place", pack(*EMBODIED, -0.2, True, "")),
-    "period_nan": ("place", pack(*EMBODIED, math.nan, True, "")),
-    "period_infinite": ("place", pack(*EMBODIED, math.inf, True, "")),
-    "period_of_hours": ("place", pack(*EMBODIED, 10_000.5, True, "")),
-    "period_as_integer": ("place", pack(*EMBODIED, 1, True, "")),
+    "period_zero": ("join_reply", pack(*EMBODIED, 0.0, True, "")),
+    "period_negative": ("join_reply", pack(*EMBODIED, -0.2, True, "")),
+    "period_nan": ("join_reply", pack(*EMBODIED, math.nan, True, "")),
+    "period_infinite": ("join_reply", pack(*EMBODIED, math.inf, True, "")),
+    "period_of_hours": ("join_reply", pack(*EMBODIED, 10_000.5, True, "")),
+    "period_as_integer": ("join_reply", pack(*EMBODIED, 1, True, "")),
     "period_in_single_precision": (
-        "place",
+        "join_reply",
         msgpack.packb([*EMBODIED, 0.5, True, ""], use_single_float=True),
     ),
-    "lockstep_as_number": ("place", pack(*EMBODIED, 0.2, 1, "")),
-    "place_negative": ("place", pack("embodied", -1, 0, 0, 0.2, True, "")),
-    "world_of_63_bits": ("place", pack("embodied", 0, 2**62, 0, 0.2, True, "")),
-    "body_oversize": ("place", pack(*EMBODIED, 0.2, True, "a" * 4097)),
-    "reason_of_201_letters": ("place", pack("refused", "a" * 201)),
+    "lockstep_as_number": ("join_reply", pack(*EMBODIED, 0.2, 1, "")),
+    "slot_negative": ("join_reply", pack("body_granted", -1, 0, 0, 0.2, True, "")),
+    "world_of_63_bits": ("join_reply", pack("body_granted", 0, 2**62, 0, 0.2, True, "")),
+    "body_oversize": ("join_reply", pack(*EMBODIED, 0.2, True, "a" * 4097)),
+    "reason_of_201_letters": ("join_reply", pack("body_denied", "a" * 201)),
     "row_too_short": ("observation", pack("observation", 0, 0, ROW[8:], None)),
     "row_too_long": ("observation", pack("observation", 0, 0, ROW + bytes(8), None)),
     "tick_of_54_bits": ("observation", pack("observation", 0, 2**53, ROW, None)),
@@ -335,8 +346,8 @@ EDGES: dict[str, tuple[str, bytes]] = {
     ),
     "smallest_numbers": ("mating", pack("propose", [*IDS, 0, 0], 0, SCHEMA, "a", bytes(8))),
     "longest_colony": ("join", pack("join", IDS[0], "A_z.9-" * 10 + "abcd", 2**31 - 1)),
-    "longest_period": ("place", pack(*EMBODIED, 1e4, True, "")),
-    "longest_reason": ("place", pack("refused", "ä" * 200)),
+    "longest_period": ("join_reply", pack(*EMBODIED, 1e4, True, "")),
+    "longest_reason": ("join_reply", pack("body_denied", "ä" * 200)),
     "last_tick": ("observation", pack("observation", 2**62 - 1, 2**53 - 1, ROW, [IDS[1], 0])),
 }
 """The same, for what is only just allowed."""
@@ -364,14 +375,14 @@ class TestDoors:
     def test_no_door_takes_a_byte_more_than_its_limit(self) -> None:
         """The length is looked at before anything is decoded."""
         for name, door in DOORS.items():
-            most = LETTER_BYTES if name in ("letter", "mating") else BODY_BYTES
+            most = MAX_ENVELOPE_BYTES if name in ("letter", "mating") else MAX_BODY_MESSAGE_BYTES
             with pytest.raises(WireError, match="are allowed"):
                 door(bytes(most + 1))
 
     def test_the_longest_letter_fits(self) -> None:
         """4,096 genes and the longest name, sealed, are within the limit."""
-        message = decode_mating(EDGES["largest_numbers"][1])
-        assert open_letter(seal(message, COLONY, INITIATOR))[1] == message
+        message = decode_mating_message(EDGES["largest_numbers"][1])
+        assert open_envelope(sign_message(message, COLONY, INITIATOR))[1] == message
 
     @pytest.mark.parametrize("seed", range(4))
     @pytest.mark.parametrize("door", DOORS)
@@ -480,35 +491,35 @@ class TestLetters:
             changed = bytearray(good)
             changed[bit // 8] ^= 1 << bit % 8
             try:
-                letter, _ = open_letter(bytes(changed))
+                letter, _ = open_envelope(bytes(changed))
             except WireError:
                 continue
-            assert not is_genuine(letter, COLONY), f"bit {bit}"
+            assert not has_valid_signature(letter, COLONY), f"bit {bit}"
 
     def test_a_letter_for_another_colony_is_not_genuine(self) -> None:
         """Nor for one whose name begins alike."""
-        letter, _ = open_letter(VECTORS["propose"])
+        letter, _ = open_envelope(VECTORS["propose"])
         for colony in ("", "vector", "vectors2", "Vectors"):
-            assert not is_genuine(letter, colony)
+            assert not has_valid_signature(letter, colony)
 
     def test_a_letter_signed_by_another_is_not_genuine(self) -> None:
         """With the sender's public key around it, which everyone knows."""
         content = encode(LETTERS["commit"])
         signature = RESPONDER.sign(b"crcolony mating 1 vectors\n" + content)
-        letter = Letter(content, INITIATOR.public_key, signature)
-        opened, _ = open_letter(encode(letter))
-        assert not is_genuine(opened, COLONY)
+        letter = SignedEnvelope(content, INITIATOR.public_key, signature)
+        opened, _ = open_envelope(encode(letter))
+        assert not has_valid_signature(opened, COLONY)
 
     def test_what_is_signed_is_what_the_protocol_says(self) -> None:
         """The words crcolony, mating, version and colony, a line end, then the content byte for byte."""
         content = encode(LETTERS["commit"])
         signature = INITIATOR.sign(b"crcolony mating 1 vectors\n" + content)
-        assert signature == open_letter(VECTORS["commit"])[0].signature
+        assert signature == open_envelope(VECTORS["commit"])[0].signature
 
     def test_a_robot_cannot_seal_for_another(self) -> None:
         """Its letter is refused at the door, before any signature is verified."""
         with pytest.raises(WireError, match="not its sender's"):
-            open_letter(seal(LETTERS["commit"], COLONY, RESPONDER))
+            open_envelope(sign_message(LETTERS["commit"], COLONY, RESPONDER))
 
 
 class TestGenes:
@@ -597,9 +608,9 @@ KINDS: dict[str, st.SearchStrategy[Any]] = {
         st.builds(Join, ID, NAME, st.integers(-1, 2**31 - 1)),
         st.builds(Leave, ID),
     ),
-    "place": st.one_of(
-        st.builds(Embodied, PLACE, WORLD, TICK, PERIOD, st.booleans(), TEXT),
-        st.builds(Refused, TEXT),
+    "join_reply": st.one_of(
+        st.builds(BodyGranted, PLACE, WORLD, TICK, PERIOD, st.booleans(), TEXT),
+        st.builds(BodyDenied, TEXT),
     ),
     "observation": st.builds(Observation, WORLD, TICK, ROWS, st.none() | CONTACTS),
     "action": st.builds(Action, TICK, st.binary(min_size=len(ACTED), max_size=len(ACTED))),
@@ -625,11 +636,11 @@ def test_what_is_sealed_is_opened(message: MatingMessage) -> None:
     message = type(message)(**{**fields, "encounter": encounter})
     is_initiators = isinstance(message, BY_INITIATOR)
     sender, other = (INITIATOR, RESPONDER) if is_initiators else (RESPONDER, INITIATOR)
-    letter, opened = open_letter(seal(message, COLONY, sender))
+    letter, opened = open_envelope(sign_message(message, COLONY, sender))
     assert opened == message
-    assert is_genuine(letter, COLONY)
+    assert has_valid_signature(letter, COLONY)
     with pytest.raises(WireError):
-        open_letter(seal(message, COLONY, other))
+        open_envelope(sign_message(message, COLONY, other))
 
 
 def test_a_nonce_survives_an_observation_s_float() -> None:

@@ -11,35 +11,35 @@ import pytest
 
 from crcolony.body.settings import CyberRodent
 from crcolony.config import load
-from crcolony.nodes.event_buffer import Ring
-from crcolony.nodes.reported_settings import settings_of_robot, settings_text
+from crcolony.nodes.event_buffer import EventBuffer
+from crcolony.nodes.reported_settings import settings_as_json, settings_of_robot
 from crcolony.protocol.codec import Message, WireError, encode
 from crcolony.protocol.telemetry_messages import (
-    PAST_EVENTS,
-    ROBOT_SETTINGS,
-    Ask,
+    MAX_HISTORY_EVENTS,
+    MAX_ROBOT_SETTINGS,
+    EventMessage,
     Fault,
+    HistoryRequest,
     RobotEvent,
-    Told,
-    decode_about_arena,
-    decode_about_robot,
-    decode_ask,
-    decode_past,
+    decode_arena_metadata,
+    decode_event,
+    decode_history_reply,
+    decode_history_request,
+    decode_robot_metadata,
     decode_scene,
     decode_state,
-    decode_told,
 )
 from tests.support.hostile_peer import telemetry
 from tests.support.paths import ROOT
 from tests.vectors.make import EVENTS, FOLDER, INITIATOR, TELEMETRY, plain
 
 DOORS: dict[str, Callable[[bytes], Any]] = {
-    "told": decode_told,
+    "event": decode_event,
     "state": decode_state,
-    "ask": decode_ask,
-    "past": decode_past,
-    "about_robot": decode_about_robot,
-    "about_arena": decode_about_arena,
+    "history_request": decode_history_request,
+    "history_reply": decode_history_reply,
+    "robot_metadata": decode_robot_metadata,
+    "arena_metadata": decode_arena_metadata,
     "scene": decode_scene,
 }
 VECTORS = {name: (FOLDER / f"{name}.msgpack").read_bytes() for name in TELEMETRY}
@@ -47,7 +47,7 @@ MUTATIONS = 1500
 
 
 def door_of(name: str) -> Callable[[bytes], Any]:
-    return DOORS["told" if name.startswith("told_") else name]
+    return DOORS["event" if name.startswith("event_") else name]
 
 
 def test_there_is_a_vector_for_every_kind_of_telemetry() -> None:
@@ -83,8 +83,8 @@ class TestSettings:
         config = load(None, [f"learning.speeds_m_s={[0.1 + k / 1e5 for k in range(1500)]}"])
         text = settings_of_robot(config, config.body)
         assert set(json.loads(text)) == {"body", "life", "heredity"}
-        assert len(text) <= ROBOT_SETTINGS
-        assert settings_text({"life": config.life}, 2) == "{}"
+        assert len(text) <= MAX_ROBOT_SETTINGS
+        assert settings_as_json({"life": config.life}, 2) == "{}"
 
 
 @pytest.mark.parametrize("name", TELEMETRY)
@@ -133,30 +133,30 @@ class TestRing:
 
     def test_events_are_numbered_without_gaps(self) -> None:
         """From 1 in every life."""
-        ring = Ring(INITIATOR.id, 5)
-        told = [decode_told(ring.add(Fault(k, "x"), 7)) for k in range(3)]
-        assert told == [Told(INITIATOR.id, 5, k + 1, 7, Fault(k, "x")) for k in range(3)]
+        ring = EventBuffer(INITIATOR.id, 5)
+        told = [decode_event(ring.append(Fault(k, "x"), 7)) for k in range(3)]
+        assert told == [EventMessage(INITIATOR.id, 5, k + 1, 7, Fault(k, "x")) for k in range(3)]
         assert ring.seq == 3
 
     def test_asking_again_and_again_gives_everything_that_is_kept(self) -> None:
         """In answers of limited size, each of which can be decoded."""
-        ring = Ring(INITIATOR.id, 5)
+        ring = EventBuffer(INITIATOR.id, 5)
         for k in range(11_000):
-            ring.add(Fault(k, "x" * 300), 7)
+            ring.append(Fault(k, "x" * 300), 7)
         heard: list[int] = []
         first = 1
         while first <= ring.seq:
-            past = decode_past(encode(ring.answer(Ask(5, first))))
-            assert 0 < len(past.events) <= PAST_EVENTS
+            past = decode_history_reply(encode(ring.reply_to(HistoryRequest(5, first))))
+            assert 0 < len(past.events) <= MAX_HISTORY_EVENTS
             assert past.oldest == 1_001
-            heard += [decode_told(data).seq for data in past.events]
+            heard += [decode_event(data).seq for data in past.events]
             first = heard[-1] + 1
         assert heard == list(range(1_001, 11_001))
 
     def test_another_life_and_the_future_hold_nothing(self) -> None:
         """The answer says which life it is about."""
-        ring = Ring(INITIATOR.id, 5)
-        ring.add(Fault(1, "x"), 7)
-        assert ring.answer(Ask(4, 1)).events == []
-        assert ring.answer(Ask(5, 2)).events == []
-        assert ring.answer(Ask(4, 1)).life == 5
+        ring = EventBuffer(INITIATOR.id, 5)
+        ring.append(Fault(1, "x"), 7)
+        assert ring.reply_to(HistoryRequest(4, 1)).events == []
+        assert ring.reply_to(HistoryRequest(5, 2)).events == []
+        assert ring.reply_to(HistoryRequest(4, 1)).incarnation == 5

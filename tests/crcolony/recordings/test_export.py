@@ -17,11 +17,11 @@ from crcolony.evolution.history import Born, Died, Lived, TurnedOver
 from crcolony.protocol.codec import encode
 from crcolony.protocol.key_expressions import ColonyKeys
 from crcolony.protocol.telemetry_messages import (
-    Ended,
+    EncounterOutcome,
+    EventMessage,
     Exchanged,
     Fault,
     Met,
-    Told,
     decode_scene,
     decode_state,
 )
@@ -30,10 +30,10 @@ from crcolony.recordings.past_run import PastRunError, read_run
 from crcolony.recordings.resimulation import Windows, resimulate
 from crcolony.recordings.telemetry_file import TelemetryError, TelemetryFile
 from crcolony.robot.genes import agent_schema
-from crcolony.telemetry.colony_monitor import Heard
+from crcolony.telemetry.colony_monitor import TelemetrySample
 from tests.support.runs import run, told_in
 from tests.support.small_colony import small
-from tests.vectors.make import EVENTS, INITIATOR, TOLD
+from tests.vectors.make import EVENT_MESSAGES, EVENTS, INITIATOR
 
 EXAMPLE = Path("examples/foraging_and_mating.py").absolute()
 TABLES = {
@@ -51,13 +51,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def heard(folder: Path) -> list[Heard]:
+def heard(folder: Path) -> list[TelemetrySample]:
     return list(resimulate(read_run(folder), Windows(frozenset({0, 2}), 20.0)))
 
 
 @pytest.fixture(scope="module")
 def tables(
-    tmp_path_factory: pytest.TempPathFactory, heard: list[Heard]
+    tmp_path_factory: pytest.TempPathFactory, heard: list[TelemetrySample]
 ) -> dict[str, list[dict[str, Any]]]:
     """What a recording of it is exported to."""
     folder = tmp_path_factory.mktemp("recorded")
@@ -65,10 +65,10 @@ def tables(
     return read(export(folder, folder / "parquet"))
 
 
-def record(path: Path, heard: Sequence[Heard]) -> Path:
+def record(path: Path, heard: Sequence[TelemetrySample]) -> Path:
     file = TelemetryFile.open(path)
     for one in heard:
-        file.hear(one)
+        file.add(one)
     assert file.close() is None
     return path
 
@@ -90,7 +90,7 @@ def test_there_is_a_table_for_everything(tables: dict[str, list[dict[str, Any]]]
 
 
 def test_states_are_as_they_were_told(
-    heard: list[Heard], tables: dict[str, list[dict[str, Any]]]
+    heard: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
 ) -> None:
     """Field by field, with the id as hex digits, beside colony and time."""
     states = [(one.unix_ms, decode_state(one.data)) for one in heard if one.kind == "state"]
@@ -110,7 +110,7 @@ def test_states_are_as_they_were_told(
     [("deaths", Died), ("lives", Lived), ("turnovers", TurnedOver), ("meetings", Met)],
 )
 def test_events_are_as_they_were_told(
-    heard: list[Heard], tables: dict[str, list[dict[str, Any]]], name: str, kind: type
+    heard: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]], name: str, kind: type
 ) -> None:
     """Each once, in order, with who told it."""
     told = [t for t in told_in(heard) if isinstance(t.event, kind)]
@@ -125,7 +125,7 @@ def test_events_are_as_they_were_told(
             "heard_unix_ms": one.unix_ms,
             "colony": "colony",
             "robot": one.robot.hex(),
-            "life": one.life,
+            "incarnation": one.incarnation,
             "seq": one.seq,
             "unix_ms": one.unix_ms,
         }
@@ -133,7 +133,7 @@ def test_events_are_as_they_were_told(
 
 
 def test_a_mating_is_told_by_both(
-    heard: list[Heard], tables: dict[str, list[dict[str, Any]]]
+    heard: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
 ) -> None:
     """Each side with its own energy and decision, and the same encounter."""
     told = [t.event for t in told_in(heard) if isinstance(t.event, Exchanged)]
@@ -144,15 +144,15 @@ def test_a_mating_is_told_by_both(
         encounter = event.encounter
         assert row["initiator"] == encounter.initiator.hex()
         assert row["responder"] == encounter.responder.hex()
-        assert (row["encounter_life"], row["encounter_count"]) == encounter.number
+        assert (row["encounter_incarnation"], row["encounter_count"]) == encounter.number
         for field in ("tick", "agent", "partner", "energy", "conceived", "too_late"):
             assert row[field] == getattr(event, field)
-    names = ("initiator", "encounter_life", "encounter_count")
+    names = ("initiator", "encounter_incarnation", "encounter_count")
     assert len({tuple(row[name] for name in names) for row in rows}) == len(rows) // 2
 
 
 def test_births_have_a_column_for_every_gene(
-    heard: list[Heard], tables: dict[str, list[dict[str, Any]]]
+    heard: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
 ) -> None:
     """By its name in the schema, since robots have told their settings."""
     names = [gene.name for gene in schema().genes]
@@ -166,10 +166,10 @@ def test_births_have_a_column_for_every_gene(
         assert (row["number"], row["mother"]) == (event.robot, event.mother)
 
 
-def test_genes_without_names_stay_together(tmp_path: Path, heard: list[Heard]) -> None:
+def test_genes_without_names_stay_together(tmp_path: Path, heard: list[TelemetrySample]) -> None:
     """Of a robot that has not told its settings."""
     robot = told_in(heard)[0].robot
-    silent = [h for h in heard if not (h.kind == "about" and robot.hex() in h.key)]
+    silent = [h for h in heard if not (h.kind == "metadata" and robot.hex() in h.key)]
     path = record(tmp_path / "t.sqlite", silent)
     births = read(export(path, tmp_path / "out"))["births"]
     names = [gene.name for gene in schema().genes]
@@ -186,7 +186,7 @@ def test_genes_without_names_stay_together(tmp_path: Path, heard: list[Heard]) -
 
 
 def test_poses_and_packs_are_those_of_every_scene(
-    heard: list[Heard], tables: dict[str, list[dict[str, Any]]]
+    heard: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
 ) -> None:
     """A row for everybody, with where, what and when."""
     scenes = [decode_scene(one.data) for one in heard if one.kind == "scene"]
@@ -209,10 +209,10 @@ def test_poses_and_packs_are_those_of_every_scene(
 def test_every_kind_of_event_has_its_table(tmp_path: Path) -> None:
     """One of each goes where it belongs; the outcome of nothing has no encounter."""
     kinds = {
-        Met: "meetings", Exchanged: "matings", Ended: "outcomes", Fault: "faults", Born: "births",
+        Met: "meetings", Exchanged: "matings", EncounterOutcome: "outcomes", Fault: "faults", Born: "births",
         Died: "deaths", Lived: "lives", TurnedOver: "turnovers",
     }  # fmt: skip
-    told = [*TOLD.values(), ended_without_encounter()]
+    told = [*EVENT_MESSAGES.values(), ended_without_encounter()]
     rows = read(export(record(tmp_path / "t.sqlite", said(told)), tmp_path / "out"))
     for event in EVENTS.values():
         assert rows[kinds[type(event)]][0]["tick"] == event.tick
@@ -223,19 +223,22 @@ def test_every_kind_of_event_has_its_table(tmp_path: Path) -> None:
     assert rows["faults"][0]["what"] == "the arena is gone"
 
 
-def said(told: Sequence[Told]) -> list[Heard]:
+def said(told: Sequence[EventMessage]) -> list[TelemetrySample]:
     keys = ColonyKeys("blue")
-    return [Heard("event", keys.event(t.robot), encode(t), t.unix_ms) for t in told]
+    return [TelemetrySample("event", keys.event(t.robot), encode(t), t.unix_ms) for t in told]
 
 
-def ended_without_encounter() -> Told:
-    event = Ended(9, "busy", INITIATOR.id, None, "")
-    return Told(INITIATOR.id, 3, len(TOLD) + 1, 7, event)
+def ended_without_encounter() -> EventMessage:
+    event = EncounterOutcome(9, "busy", INITIATOR.id, None, "")
+    return EventMessage(INITIATOR.id, 3, len(EVENT_MESSAGES) + 1, 7, event)
 
 
-def test_what_is_heard_twice_is_exported_once(tmp_path: Path, heard: list[Heard]) -> None:
+def test_what_is_heard_twice_is_exported_once(tmp_path: Path, heard: list[TelemetrySample]) -> None:
     """As an event that is told and then asked for; and what is malformed is not exported at all."""
-    noise = [Heard("event", heard[-1].key, b"\xc1", 7), Heard("state", "nobody", b"", 7)]
+    noise = [
+        TelemetrySample("event", heard[-1].key, b"\xc1", 7),
+        TelemetrySample("state", "nobody", b"", 7),
+    ]
     twice = [one for h in heard for one in ([h, h] if h.kind == "event" else [h])]
     rows = read(export(record(tmp_path / "t.sqlite", [*twice, *noise]), tmp_path / "out"))
     told = told_in(heard)
@@ -246,8 +249,8 @@ def test_what_is_heard_twice_is_exported_once(tmp_path: Path, heard: list[Heard]
 
 def test_numbers_that_fit_into_no_column_are_left_out(tmp_path: Path) -> None:
     """Anybody can tell them; the rest of the table is there."""
-    huge = Told(INITIATOR.id, 3, 1, 7, Died(2**64 - 1, 5, "me/1"))
-    good = Told(INITIATOR.id, 3, 2, 7, Died(9, 5, "me/1"))
+    huge = EventMessage(INITIATOR.id, 3, 1, 7, Died(2**64 - 1, 5, "me/1"))
+    good = EventMessage(INITIATOR.id, 3, 2, 7, Died(9, 5, "me/1"))
     rows = read(export(record(tmp_path / "t.sqlite", said([huge, good])), tmp_path / "out"))
     assert [row["tick"] for row in rows["deaths"]] == [None, 9]
 
@@ -284,7 +287,9 @@ class TestRuns:
 class TestFailures:
     """A file that cannot be read, or a disk that is full, leaves what was there."""
 
-    def test_what_cannot_be_read_leaves_nothing(self, tmp_path: Path, heard: list[Heard]) -> None:
+    def test_what_cannot_be_read_leaves_nothing(
+        self, tmp_path: Path, heard: list[TelemetrySample]
+    ) -> None:
         """Not even an empty folder."""
         path = tmp_path / "t.sqlite"
         path.write_bytes(b"nonsense")
@@ -294,7 +299,9 @@ class TestFailures:
             export(tmp_path / "nowhere", tmp_path / "out")
         assert [one.name for one in tmp_path.iterdir()] == ["t.sqlite"]
 
-    def test_a_full_disk_leaves_the_last_export(self, tmp_path: Path, heard: list[Heard]) -> None:
+    def test_a_full_disk_leaves_the_last_export(
+        self, tmp_path: Path, heard: list[TelemetrySample]
+    ) -> None:
         """Whole, in one line, and no drafts beside it."""
         path = record(tmp_path / "t.sqlite", heard)
         out = tmp_path / "out"

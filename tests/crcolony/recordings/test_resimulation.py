@@ -10,11 +10,11 @@ import pytest
 from crcolony.config import Config, ConfigError
 from crcolony.evolution.history import Event, HistoryHash, Lived
 from crcolony.protocol.identity import seeded
-from crcolony.protocol.telemetry_messages import Exchanged, State, decode_scene, decode_state
+from crcolony.protocol.telemetry_messages import Exchanged, RobotState, decode_scene, decode_state
 from crcolony.recordings.past_run import PastRunError, read_history, read_run
 from crcolony.recordings.resimulation import HistoryDiffersError, Windows, from_history, resimulate
-from crcolony.recordings.sources import abouts_of, heard_of
-from crcolony.telemetry.colony_monitor import Heard, Watch
+from crcolony.recordings.sources import metadata_samples_of, samples_of
+from crcolony.telemetry.colony_monitor import ColonyMonitor, TelemetrySample
 from tests.support.runs import history_in, run, told_in
 from tests.support.small_colony import Recorder, live, new_colony, small
 
@@ -32,14 +32,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def heard(folder: Path) -> list[Heard]:
+def heard(folder: Path) -> list[TelemetrySample]:
     """That run, lived again."""
     return list(resimulate(read_run(folder)))
 
 
 def recorded(*settings: str) -> Recorder:
     colony, recorder = new_colony(*settings)
-    colony.begin()
+    colony.start()
     live(colony)
     return recorder
 
@@ -51,7 +51,7 @@ def hash_of(events: list[Event]) -> str:
     return str(chain)
 
 
-def test_what_is_told_is_the_history_of_the_run(folder: Path, heard: list[Heard]) -> None:
+def test_what_is_told_is_the_history_of_the_run(folder: Path, heard: list[TelemetrySample]) -> None:
     """Event by event, renamed back, and so its hash is that of the run."""
     past = read_run(folder)
     events = history_in(heard, past.robots)
@@ -60,7 +60,9 @@ def test_what_is_told_is_the_history_of_the_run(folder: Path, heard: list[Heard]
     assert list(read_history(past.history)) == events
 
 
-def test_robots_are_called_as_those_of_a_lockstep_colony(folder: Path, heard: list[Heard]) -> None:
+def test_robots_are_called_as_those_of_a_lockstep_colony(
+    folder: Path, heard: list[TelemetrySample]
+) -> None:
     """Their ids follow from colony, seed and number; agents are named by them."""
     robots = [seeded("colony", SEED, number).id for number in range(4)]
     assert list(read_run(folder).robots) == robots
@@ -71,15 +73,15 @@ def test_robots_are_called_as_those_of_a_lockstep_colony(folder: Path, heard: li
     assert all(t.event.agent.startswith(f"{t.robot.hex()}/") for t in lived)  # type: ignore[union-attr]
 
 
-def test_a_watcher_takes_all_of_it(folder: Path, heard: list[Heard]) -> None:
+def test_a_watcher_takes_all_of_it(folder: Path, heard: list[TelemetrySample]) -> None:
     """Nothing is malformed, late, missed or unknown, and every event is news once."""
-    watch = Watch()
-    news = [one for h in heard for one in watch.take(h)]
+    watch = ColonyMonitor()
+    news = [one for h in heard for one in watch.handle_sample(h)]
     assert (watch.malformed, watch.stale, watch.ignored) == (0, 0, 0)
     assert [watched.missed for watched in watch.alive] == [0] * 4
-    assert len(news) == 5 + watch.messages["event"]
-    assert all(watched.about and len(watched.about.peers) == 3 for watched in watch.alive)
-    assert watch.arenas["arena"].about is not None
+    assert len(news) == 5 + watch.samples["event"]
+    assert all(watched.metadata and len(watched.metadata.peers) == 3 for watched in watch.alive)
+    assert watch.arenas["arena"].metadata is not None
 
 
 def test_scenes_are_shown_in_windows_only(folder: Path) -> None:
@@ -96,16 +98,18 @@ def test_scenes_are_shown_in_windows_only(folder: Path) -> None:
     assert len(ticks) < 25 + 3 * (1 + TICKS_OF_A_GENERATION // 300) + 2
 
 
-def test_first_and_last_generation_are_shown_without_being_asked_for(heard: list[Heard]) -> None:
+def test_first_and_last_generation_are_shown_without_being_asked_for(
+    heard: list[TelemetrySample],
+) -> None:
     """Two minutes of each."""
     ticks = [decode_scene(one.data).tick for one in heard if one.kind == "scene"]
     last = 2 * TICKS_OF_A_GENERATION
     assert ticks == [*range(1, 601), *range(last + 1, last + 601)]
 
 
-def test_states_add_up_to_the_events(heard: list[Heard]) -> None:
+def test_states_add_up_to_the_events(heard: list[TelemetrySample]) -> None:
     """Matings, conceptions and captures of the last state are those that were told."""
-    last: dict[bytes, State] = {}
+    last: dict[bytes, RobotState] = {}
     for one in heard:
         if one.kind == "state":
             state = decode_state(one.data)
@@ -124,7 +128,9 @@ def test_states_add_up_to_the_events(heard: list[Heard]) -> None:
         assert state.captures == sum(life.captures for life in lives)
 
 
-def test_time_goes_on_evenly_from_when_the_run_began(folder: Path, heard: list[Heard]) -> None:
+def test_time_goes_on_evenly_from_when_the_run_began(
+    folder: Path, heard: list[TelemetrySample]
+) -> None:
     """Everything is heard at its tick, in order."""
     start_ms = read_run(folder).start_unix_ms
     times = [one.unix_ms for one in heard]
@@ -135,7 +141,9 @@ def test_time_goes_on_evenly_from_when_the_run_began(folder: Path, heard: list[H
             assert one.unix_ms == scene.unix_ms == start_ms + 200 * scene.tick
 
 
-def test_the_same_run_is_heard_as_the_same_bytes(folder: Path, heard: list[Heard]) -> None:
+def test_the_same_run_is_heard_as_the_same_bytes(
+    folder: Path, heard: list[TelemetrySample]
+) -> None:
     """However often it is lived again."""
     assert list(resimulate(read_run(folder))) == heard
 
@@ -194,15 +202,15 @@ class TestHistory:
     def test_its_events_are_told_by_its_own_robots(self, launched: Path) -> None:
         """All of them, and a state at every turnover; nobody says where they were."""
         past = read_run(launched)
-        heard = list(heard_of(launched))
+        heard = list(samples_of(launched))
         assert hash_of(history_in(heard, past.robots)) == past.history_hash
         counts = Counter(one.kind for one in heard)
-        assert (counts["alive"], counts["about"], counts["scene"]) == (5, 5, 0)
+        assert (counts["alive"], counts["metadata"], counts["scene"]) == (5, 5, 0)
         states = [decode_state(one.data) for one in heard if one.kind == "state"]
         assert [state.generation for state in states] == [g for g in range(4) for _ in range(4)]
-        watch = Watch()
+        watch = ColonyMonitor()
         for one in heard:
-            watch.take(one)
+            watch.handle_sample(one)
         assert (watch.malformed, watch.stale) == (0, 0)
         assert [watched.missed for watched in watch.alive] == [0] * 4
 
@@ -214,7 +222,7 @@ class TestHistory:
     def test_a_lockstep_colony_is_lived_again(self, tmp_path: Path, folder: Path) -> None:
         """Its robots are, so that it has the history of an embedded one."""
         launched = self.launch(tmp_path, folder, "colony")
-        assert "scene" in {one.kind for one in heard_of(launched)}
+        assert "scene" in {one.kind for one in samples_of(launched)}
 
     def test_events_of_robots_without_ids_are_left_out(self, launched: Path) -> None:
         """As of one whose memory is elsewhere."""
@@ -225,9 +233,11 @@ class TestHistory:
         assert told_of == set(past.robots)
 
 
-def test_what_robots_are_like_is_known_without_living(folder: Path, heard: list[Heard]) -> None:
+def test_what_robots_are_like_is_known_without_living(
+    folder: Path, heard: list[TelemetrySample]
+) -> None:
     """The same answers as in the whole."""
-    assert list(abouts_of(folder)) == [one for one in heard if one.kind == "about"]
+    assert list(metadata_samples_of(folder)) == [one for one in heard if one.kind == "metadata"]
 
 
 @pytest.mark.parametrize(

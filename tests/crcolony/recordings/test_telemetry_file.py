@@ -20,14 +20,14 @@ from crcolony.recordings.telemetry_file import (
     SCENE_BYTES_PER_S,
     TelemetryError,
     TelemetryFile,
-    read_heard,
+    read_samples,
 )
-from crcolony.telemetry.colony_monitor import Heard
+from crcolony.telemetry.colony_monitor import TelemetrySample
 
 NOW_MS = 1_790_000_000_000
 SAID = st.builds(
-    Heard,
-    st.sampled_from(("alive", "gone", "state", "event", "scene", "past", "about")),
+    TelemetrySample,
+    st.sampled_from(("alive", "gone", "state", "event", "scene", "history", "metadata")),
     st.text(st.characters(codec="utf-8"), max_size=40),
     st.binary(max_size=300),
     st.integers(0, 2**53),
@@ -36,52 +36,52 @@ SAID = st.builds(
 WRITER = """
 import sys
 from pathlib import Path
-from crcolony.colony.watch import Heard
-from crcolony.dashboards.recordings.telemetry_file import TelemetryFile
+from crcolony.telemetry.colony_monitor import TelemetrySample
+from crcolony.recordings.telemetry_file import TelemetryFile
 file = TelemetryFile.open(Path(sys.argv[1]))
 for number in range(10**9):
-    file.hear(Heard("event", "key", b"%d " % number * 100, number))
+    file.add(TelemetrySample("event", "key", b"%d " % number * 100, number))
     if number % 100 == 99:
         print(file.commit() or number, flush=True)
 """
 
 
-def event(number: int, size: int = 10) -> Heard:
-    return Heard("event", f"key/{number}", bytes([number % 256]) * size, NOW_MS + number)
+def event(number: int, size: int = 10) -> TelemetrySample:
+    return TelemetrySample("event", f"key/{number}", bytes([number % 256]) * size, NOW_MS + number)
 
 
-def record(path: Path, *heard: Heard) -> None:
+def record(path: Path, *heard: TelemetrySample) -> None:
     file = TelemetryFile.open(path)
     for one in heard:
-        file.hear(one)
+        file.add(one)
     assert file.close() is None
 
 
 @given(st.lists(st.lists(SAID, max_size=20), max_size=5))
 @settings(max_examples=50)
-def test_what_is_heard_is_read_in_order(portions: list[list[Heard]]) -> None:
+def test_what_is_heard_is_read_in_order(portions: list[list[TelemetrySample]]) -> None:
     """Byte by byte, after every commit and at the end."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "telemetry.sqlite"
         file = TelemetryFile.open(path)
-        heard: list[Heard] = []
+        heard: list[TelemetrySample] = []
         for portion in portions:
             for one in portion:
-                file.hear(one)
+                file.add(one)
             heard += portion
             assert file.commit() is None
-            assert list(read_heard(path)) == heard
+            assert list(read_samples(path)) == heard
         assert file.close() is None
-        assert list(read_heard(path)) == heard
+        assert list(read_samples(path)) == heard
         assert os.listdir(folder) == [path.name]
 
 
 def test_some_kinds_can_be_read_alone(tmp_path: Path) -> None:
     """In order."""
     path = tmp_path / "t.sqlite"
-    about = Heard("about", "key", b"{}", NOW_MS)
+    about = TelemetrySample("metadata", "key", b"{}", NOW_MS)
     record(path, event(1), about, event(2), about)
-    assert list(read_heard(path, ["about"])) == [about, about]
+    assert list(read_samples(path, ["metadata"])) == [about, about]
 
 
 def test_a_reader_goes_on_while_more_is_recorded(tmp_path: Path) -> None:
@@ -89,12 +89,12 @@ def test_a_reader_goes_on_while_more_is_recorded(tmp_path: Path) -> None:
     path = tmp_path / "t.sqlite"
     file = TelemetryFile.open(path)
     read = []
-    file.hear(event(0))
+    file.add(event(0))
     file.commit()
-    for one in read_heard(path):
+    for one in read_samples(path):
         read.append(one)
         if len(read) < 1000:
-            file.hear(event(len(read)))
+            file.add(event(len(read)))
             assert file.commit() is None
     assert read == [event(number) for number in range(1000)]
     file.close()
@@ -103,28 +103,28 @@ def test_a_reader_goes_on_while_more_is_recorded(tmp_path: Path) -> None:
 def test_a_recording_goes_on_and_who_was_there_is_gone(tmp_path: Path) -> None:
     """Who is there still is heard of again; whoever was gone is not gone twice."""
     path = tmp_path / "new" / "t.sqlite"
-    one, other = (Heard("alive", f"robot/{k}", b"", NOW_MS + k) for k in range(2))
+    one, other = (TelemetrySample("alive", f"robot/{k}", b"", NOW_MS + k) for k in range(2))
     record(path, one, other, one._replace(kind="gone"), event(7))
     record(path, other)
-    ended = Heard("gone", other.key, b"", event(7).unix_ms)
-    assert list(read_heard(path))[3:] == [event(7), ended, other]
+    ended = TelemetrySample("gone", other.key, b"", event(7).unix_ms)
+    assert list(read_samples(path))[3:] == [event(7), ended, other]
 
 
 class TestScenes:
     """Of scenes no more is kept than about 100 kB a second; of everything else all."""
 
     @staticmethod
-    def record(path: Path, arenas: int, size: int, seconds: int) -> list[Heard]:
+    def record(path: Path, arenas: int, size: int, seconds: int) -> list[TelemetrySample]:
         """Record ten scenes a second of each arena, with a state beside each; return what is kept."""
         file = TelemetryFile.open(path)
         for tenth in range(10 * seconds):
             for arena in range(arenas):
                 for kind in ("state", "scene"):
                     unix_ms = NOW_MS + 100 * tenth + arena
-                    file.hear(Heard(kind, f"arena/{arena}", bytes(size), unix_ms))
+                    file.add(TelemetrySample(kind, f"arena/{arena}", bytes(size), unix_ms))
             file.commit()
         file.close()
-        kept = list(read_heard(path))
+        kept = list(read_samples(path))
         assert sum(one.kind == "state" for one in kept) == 10 * seconds * arenas
         return [one for one in kept if one.kind == "scene"]
 
@@ -153,10 +153,10 @@ def test_too_much_at_once_is_counted_and_not_kept(tmp_path: Path) -> None:
     path = tmp_path / "t.sqlite"
     file = TelemetryFile.open(path)
     for number in range(100):
-        file.hear(event(number, size=2**20))
+        file.add(event(number, size=2**20))
     assert 30 < file.dropped < 40
     assert file.close() is None
-    assert len(list(read_heard(path))) == 100 - file.dropped
+    assert len(list(read_samples(path))) == 100 - file.dropped
 
 
 def test_kill_9_loses_what_came_after_the_last_commit_and_nothing_else(tmp_path: Path) -> None:
@@ -169,12 +169,12 @@ def test_kill_9_loses_what_came_after_the_last_commit_and_nothing_else(tmp_path:
             writer.stdout.readline()
         writer.send_signal(signal.SIGKILL)
         said = writer.stdout.read().split()
-    numbers = [one.unix_ms for one in read_heard(path)]
+    numbers = [one.unix_ms for one in read_samples(path)]
     assert numbers == list(range(len(numbers)))
     last = int(said[-1]) if said else 2999
     assert len(numbers) in (last + 1, last + 101)
     record(path, event(1))
-    assert len(list(read_heard(path))) == len(numbers) + 1
+    assert len(list(read_samples(path))) == len(numbers) + 1
 
 
 def test_a_full_disk_ends_the_recording_with_one_word(tmp_path: Path) -> None:
@@ -195,7 +195,7 @@ def test_a_full_disk_ends_the_recording_with_one_word(tmp_path: Path) -> None:
     assert trouble[0].startswith(f"{path}: not recorded any more: ")
     good = lines[: lines.index(trouble[0])]
     assert len(good) > 5
-    numbers = [one.unix_ms for one in read_heard(path)]
+    numbers = [one.unix_ms for one in read_samples(path)]
     assert numbers == list(range(int(good[-1]) + 1))
 
 
@@ -204,16 +204,16 @@ def test_recording_ends_while_there_is_room_for_others(
 ) -> None:
     """A disk that is nearly full is left to the robots' memories; that is said once."""
     file = TelemetryFile.open(tmp_path / "t.sqlite")
-    file.hear(event(1))
+    file.add(event(1))
     assert file.commit() is None
     usage = shutil.disk_usage(tmp_path)
     monkeypatch.setattr(shutil, "disk_usage", lambda path: usage._replace(free=2**20))
-    file.hear(event(2))
+    file.add(event(2))
     assert file.commit() == f"{file.path}: not recorded any more: No space left on device"
-    file.hear(event(3))
+    file.add(event(3))
     assert file.commit() is None
     assert file.close() is None
-    assert list(read_heard(file.path)) == [event(1)]
+    assert list(read_samples(file.path)) == [event(1)]
 
 
 def _truncated(path: Path) -> None:
@@ -259,7 +259,7 @@ def test_what_is_no_recording_is_named_and_left_alone(tmp_path: Path, make: obje
     path = tmp_path / "t.sqlite"
     make(path)  # type: ignore[operator]
     before = path.read_bytes() if path.is_file() else b""
-    for use in (lambda: list(read_heard(path)), lambda: TelemetryFile.open(path)):
+    for use in (lambda: list(read_samples(path)), lambda: TelemetryFile.open(path)):
         with pytest.raises(TelemetryError) as refused:
             use()
         assert str(refused.value).startswith(f"{path}: ")
@@ -273,7 +273,7 @@ def test_what_holds_nothing_to_read_is_named(tmp_path: Path, make: object) -> No
     path = tmp_path / "t.sqlite"
     make(path)  # type: ignore[operator]
     with pytest.raises(TelemetryError, match=f"^{path}: "):
-        list(read_heard(path))
+        list(read_samples(path))
 
 
 def test_an_empty_file_is_one_to_begin_with(tmp_path: Path) -> None:
@@ -281,7 +281,7 @@ def test_an_empty_file_is_one_to_begin_with(tmp_path: Path) -> None:
     path = tmp_path / "t.sqlite"
     path.touch()
     record(path, event(1))
-    assert list(read_heard(path)) == [event(1)]
+    assert list(read_samples(path)) == [event(1)]
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:

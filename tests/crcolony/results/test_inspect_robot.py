@@ -11,15 +11,15 @@ import pytest
 from crcolony.cli import main
 from crcolony.config import Config, load, to_toml
 from crcolony.evolution.history import Born, Event, Lived
-from crcolony.protocol.encounters import Offer, Record, Role, State
-from crcolony.protocol.envelope import seal
+from crcolony.protocol.encounters import EncounterRecord, EncounterState, Offer, Role
+from crcolony.protocol.envelope import sign_message
 from crcolony.protocol.identity import Identity
 from crcolony.protocol.mating_messages import Accept, Encounter, Propose, pack_genes
 from crcolony.results.inspect_robot import gene_names, inspect_memory, proof_of
 from crcolony.robot.genes import agent_schema
 from crcolony.storage.rows import Decision
-from crcolony.storage.sql import StoreError
-from crcolony.storage.store import Store
+from crcolony.storage.sql import StorageError
+from crcolony.storage.store import RobotStore
 
 ME, PEER = Identity(bytes(32)), Identity(bytes([1]) * 32)
 SCHEMA = agent_schema(Config().learning, Config().heredity)
@@ -29,17 +29,17 @@ NONCE, TICK = 9, 40
 
 
 def encountered(
-    count: int, role: Role = "initiator", state: State = "mated", colony: str = "colony"
-) -> Record:
+    count: int, role: Role = "initiator", state: EncounterState = "mated", colony: str = "colony"
+) -> EncounterRecord:
     """Return an encounter with the peer's letter of it."""
     own, partner = Offer(f"{ME.id.hex()}/0", GENES), Offer(f"{PEER.id.hex()}/{count}", GENES)
     if role == "initiator":
         encounter = Encounter(ME.id, PEER.id, 1, count)
-        letter = seal(Accept(encounter, NONCE, DIGEST, *offered(partner)), colony, PEER)
+        letter = sign_message(Accept(encounter, NONCE, DIGEST, *offered(partner)), colony, PEER)
     else:
         encounter = Encounter(PEER.id, ME.id, 1, count)
-        letter = seal(Propose(encounter, NONCE, DIGEST, *offered(partner)), colony, PEER)
-    return Record(encounter, role, state, NONCE, TICK, own, partner, letter)
+        letter = sign_message(Propose(encounter, NONCE, DIGEST, *offered(partner)), colony, PEER)
+    return EncounterRecord(encounter, role, state, NONCE, TICK, own, partner, letter)
 
 
 def offered(offer: Offer) -> tuple[str, bytes]:
@@ -59,9 +59,9 @@ def birth(number: int, generation: int, mother: int | None, father: str | None) 
 @pytest.fixture
 def memory(tmp_path: Path) -> Path:
     """Return a memory of two matings (one offspring), a doubt, an abortion, two generations and a pool of one."""
-    path = tmp_path / "memory.sqlite"
-    store = Store(path, ME.id, DIGEST, durable=False)
-    store.begin_life(1)
+    path = tmp_path / "robot.sqlite"
+    store = RobotStore(path, ME.id, DIGEST, durable=False)
+    store.begin_incarnation(1)
     for count, conceived in ((1, True), (2, False)):
         record = encountered(count)
         store.write([record], record, decision(conceived))
@@ -109,8 +109,8 @@ def test_words_tell_whose_memory_it_is_and_how_it_mated(
 
 def test_a_new_memory_is_told_in_words(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A robot that has lived through nothing yet has a memory that can be looked at."""
-    path = tmp_path / "memory.sqlite"
-    Store(path, ME.id, DIGEST, durable=False).close()
+    path = tmp_path / "robot.sqlite"
+    RobotStore(path, ME.id, DIGEST, durable=False).close()
     inspect_memory(path, None)
     told = capsys.readouterr().out
     assert "nothing saved yet" in told
@@ -134,8 +134,8 @@ def test_letters_are_judged_by_the_colony_that_the_memory_names(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """In words and in the table alike: signed for the reds is as it should be in a memory of the reds."""
-    path = tmp_path / "memory.sqlite"
-    store = Store(path, ME.id, DIGEST, durable=False)
+    path = tmp_path / "robot.sqlite"
+    store = RobotStore(path, ME.id, DIGEST, durable=False)
     record = encountered(1, colony="reds")
     store.write([record], record, decision(True))
     store.save({"generation": 0, "colony": "reds"}, [], 55)
@@ -170,7 +170,7 @@ def test_genes_of_unknown_settings_are_numbered_and_of_a_results_folder_named(
     other = agent_schema(config.learning, config.heredity)
     folder = tmp_path / "robots" / "0"
     folder.mkdir(parents=True)
-    path = folder / "memory.sqlite"
+    path = folder / "robot.sqlite"
     assert gene_names(path, bytes.fromhex(other.digest)) == []
     (tmp_path / "config.toml").write_text(to_toml(config))
     assert gene_names(path, bytes.fromhex(other.digest)) == [gene.name for gene in other.genes]
@@ -193,7 +193,7 @@ def test_what_is_no_memory_is_refused_in_one_line(
 ) -> None:
     """A missing file and a file of something else end with exit code 2 and a line that names the file."""
     path = tmp_path / "notes.txt"
-    with pytest.raises(StoreError, match="no such file"):
+    with pytest.raises(StorageError, match="no such file"):
         inspect_memory(path, None)
     path.write_text("these are not the memories you are looking for")
     assert main(["inspect", str(path)]) == 2

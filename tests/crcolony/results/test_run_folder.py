@@ -11,10 +11,10 @@ import pytest
 
 from crcolony.config import Config, ConfigError, load
 from crcolony.evolution.history import Born, Died, Lived, Mated, TurnedOver
-from crcolony.in_process.colony import EmbeddedColony
-from crcolony.in_process.run import begin, evolve, resume
-from crcolony.results.run_folder import Results
-from crcolony.storage.files import ResultsError
+from crcolony.in_process.colony import InProcessColony
+from crcolony.in_process.run import resume_run, run_until_done, start_run
+from crcolony.results.run_folder import RunFolder
+from crcolony.storage.files import FolderError
 from tests.support.small_colony import Recorder, live, new_colony, small
 
 TABLES = {
@@ -26,16 +26,16 @@ TABLES = {
 }
 
 
-def run(folder: Path, config: Config, stop_after: int = 10**9) -> Results:
+def run(folder: Path, config: Config, stop_after: int = 10**9) -> RunFolder:
     """Run a colony until its end, or until it was looked at `stop_after` times."""
-    results, colony = begin(folder, config)
+    results, colony = start_run(folder, config)
     go_on(results, colony, stop_after)
     return results
 
 
-def go_on(results: Results, colony: EmbeddedColony, stop_after: int = 10**9) -> None:
+def go_on(results: RunFolder, colony: InProcessColony, stop_after: int = 10**9) -> None:
     looks = iter(range(stop_after))
-    evolve(results, colony, lambda: next(looks, None) is None, lambda _: None)
+    run_until_done(results, colony, lambda: next(looks, None) is None, lambda _: None)
     results.close()
 
 
@@ -52,7 +52,7 @@ def test_a_folder_holds_config_versions_seed_history_and_a_table(tmp_path: Path)
     config = small("seed=7")
     results = run(tmp_path / "run", config)
     colony, recorder = new_colony("seed=7")
-    colony.begin()
+    colony.start()
     live(colony)
     assert load(results.folder / "config.toml") == config
     told = json.loads((results.folder / "run.json").read_text())
@@ -79,7 +79,7 @@ def test_a_run_that_was_stopped_and_resumed_is_the_run_that_was_not(tmp_path: Pa
     told = json.loads((tmp_path / "parts" / "run.json").read_text())
     assert told["status"] == "stopped"
     assert told["generations"] == 0
-    results, colony = resume(tmp_path / "parts")
+    results, colony = resume_run(tmp_path / "parts")
     assert colony.tick > 0
     go_on(results, colony)
     assert str(results.hash) == str(whole.hash)
@@ -94,12 +94,12 @@ def test_what_came_after_the_last_checkpoint_is_lived_again(tmp_path: Path) -> N
     config = small()
     whole = run(tmp_path / "whole", config)
     folder = tmp_path / "killed"
-    results, colony = begin(folder, config)
+    results, colony = start_run(folder, config)
     for _ in range(2):
         colony.run(10_000)
         results.write_generation(colony.summary)
     results.close()
-    go_on(*resume(folder))
+    go_on(*resume_run(folder))
     assert rows_of(folder, "births") == rows_of(whole.folder, "births")
     name = "generations.csv"
     assert (folder / name).read_bytes() == (whole.folder / name).read_bytes()
@@ -108,7 +108,7 @@ def test_what_came_after_the_last_checkpoint_is_lived_again(tmp_path: Path) -> N
 def test_a_finished_run_that_is_resumed_stays_as_it_is(tmp_path: Path) -> None:
     """There is nothing left to do."""
     whole = run(tmp_path / "run", small())
-    results, colony = resume(tmp_path / "run")
+    results, colony = resume_run(tmp_path / "run")
     go_on(results, colony)
     assert str(results.hash) == str(whole.hash)
 
@@ -116,8 +116,8 @@ def test_a_finished_run_that_is_resumed_stays_as_it_is(tmp_path: Path) -> None:
 def test_a_folder_with_something_in_it_is_left_alone(tmp_path: Path) -> None:
     """A new run refuses it and changes nothing."""
     (tmp_path / "mine.txt").write_text("precious")
-    with pytest.raises(ResultsError, match="not empty"):
-        begin(tmp_path, small())
+    with pytest.raises(FolderError, match="not empty"):
+        start_run(tmp_path, small())
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
 
 
@@ -132,8 +132,8 @@ def test_a_run_that_cannot_start_leaves_nothing_behind(
     monkeypatch.setattr("crcolony.results.run_folder.write_checkpoint", refuse)
     (tmp_path / "old").mkdir()
     for folder in (tmp_path / "new", tmp_path / "old"):
-        with pytest.raises(ResultsError, match="No space left"):
-            begin(folder, small())
+        with pytest.raises(FolderError, match="No space left"):
+            start_run(folder, small())
     assert [path.name for path in tmp_path.iterdir()] == ["old"]
     assert not list((tmp_path / "old").iterdir())
 
@@ -142,7 +142,7 @@ def test_a_row_is_added_whole_or_not_at_all(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A disk that fills up in the middle of a row leaves the table as it was."""
-    results, colony = begin(tmp_path / "run", small())
+    results, colony = start_run(tmp_path / "run", small())
     colony.run(10_000)
     results.write_generation(colony.summary)
     table = results.folder / "generations.csv"
@@ -155,7 +155,7 @@ def test_a_row_is_added_whole_or_not_at_all(
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(csv.DictWriter, "writerow", fill_up)
-    with pytest.raises(ResultsError, match="No space left"):
+    with pytest.raises(FolderError, match="No space left"):
         results.write_generation(colony.summary)
     results.close()
     assert table.read_bytes() == before
@@ -163,11 +163,11 @@ def test_a_row_is_added_whole_or_not_at_all(
 
 def test_two_runs_do_not_write_one_folder(tmp_path: Path) -> None:
     """Whoever comes second is told so."""
-    results, _ = begin(tmp_path / "run", small())
-    with pytest.raises(ResultsError, match="in use by another run"):
-        resume(tmp_path / "run")
+    results, _ = start_run(tmp_path / "run", small())
+    with pytest.raises(FolderError, match="in use by another run"):
+        resume_run(tmp_path / "run")
     results.close()
-    resume(tmp_path / "run")[0].close()
+    resume_run(tmp_path / "run")[0].close()
 
 
 @pytest.mark.parametrize("damage", ["truncate", "flip", "empty", "text", "missing", "other"])
@@ -190,8 +190,8 @@ def test_a_damaged_checkpoint_is_refused_by_name(tmp_path: Path, damage: str) ->
         path.write_bytes((tmp_path / "other" / "checkpoint.npz").read_bytes())
     else:
         path.unlink()
-    with pytest.raises(ResultsError, match=r"checkpoint\.npz"):
-        resume(tmp_path / "run")
+    with pytest.raises(FolderError, match=r"checkpoint\.npz"):
+        resume_run(tmp_path / "run")
 
 
 def test_a_checkpoint_without_what_it_needs_is_refused(tmp_path: Path) -> None:
@@ -201,21 +201,21 @@ def test_a_checkpoint_without_what_it_needs_is_refused(tmp_path: Path) -> None:
     for content in ({"a": np.zeros(3)}, {"rest": np.frombuffer(b"\x80", dtype=np.uint8)}):
         with path.open("wb") as file:
             np.savez(file, **content)
-        with pytest.raises(ResultsError, match="corrupt"):
-            resume(tmp_path / "run")
+        with pytest.raises(FolderError, match="corrupt"):
+            resume_run(tmp_path / "run")
 
 
 def test_a_damaged_database_or_config_is_refused_by_name(tmp_path: Path) -> None:
     """Each is named with what is wrong."""
     run(tmp_path / "run", small(), stop_after=1)
     (tmp_path / "run" / "history.sqlite").write_bytes(b"no database at all" * 100)
-    with pytest.raises(ResultsError, match=r"history\.sqlite"):
-        resume(tmp_path / "run")
+    with pytest.raises(FolderError, match=r"history\.sqlite"):
+        resume_run(tmp_path / "run")
     (tmp_path / "run" / "config.toml").write_text("robots = 'four'")
     with pytest.raises(ConfigError, match=r"config\.toml: robots"):
-        resume(tmp_path / "run")
-    with pytest.raises(ResultsError, match=r"config\.toml is missing"):
-        resume(tmp_path)
+        resume_run(tmp_path / "run")
+    with pytest.raises(FolderError, match=r"config\.toml is missing"):
+        resume_run(tmp_path)
 
 
 def test_a_row_that_a_crash_cut_short_is_forgotten_and_nonsense_is_refused(tmp_path: Path) -> None:
@@ -227,17 +227,17 @@ def test_a_row_that_a_crash_cut_short_is_forgotten_and_nonsense_is_refused(tmp_p
     assert rows > 1
     with table.open("a") as file:
         file.write("1,77")
-    resume(folder)[0].close()
+    resume_run(folder)[0].close()
     assert len(table.read_text().splitlines()) == rows
     table.write_text(table.read_text().replace("generation", "generatoin"))
-    with pytest.raises(ResultsError, match=r"generations\.csv: corrupt"):
-        resume(folder)
+    with pytest.raises(FolderError, match=r"generations\.csv: corrupt"):
+        resume_run(folder)
 
 
 def test_a_colony_larger_than_the_machine_is_refused(tmp_path: Path) -> None:
     """Before anything is made."""
     with pytest.raises(ConfigError, match="GB of memory"):
-        begin(tmp_path / "run", load(None, ["robots=10000", "life.agents=1000"]))
+        start_run(tmp_path / "run", load(None, ["robots=10000", "life.agents=1000"]))
     assert not (tmp_path / "run").exists()
 
 
@@ -247,16 +247,16 @@ def test_a_colony_that_finds_no_place_is_refused(tmp_path: Path) -> None:
     forest = [[0.16 * i, 0.16 * j, 0.01] for i in steps for j in steps]
     config = load(None, ["arena.width_m=2.0", f"arena.pillars={forest}"])
     with pytest.raises(ConfigError, match="no free place"):
-        begin(tmp_path / "run", config)
+        start_run(tmp_path / "run", config)
 
 
 def test_an_observer_of_events_changes_nothing(tmp_path: Path) -> None:
     """A recorder and a results folder are told the same history."""
     recorder = Recorder()
-    results = Results(tmp_path, small())
-    for take in (recorder, results.record):
+    results = RunFolder(tmp_path, small())
+    for take in (recorder, results.add_event):
         colony, _ = new_colony()
         colony._record = take
-        colony.begin()
+        colony.start()
         live(colony)
     assert str(recorder.hash) == str(results.hash)

@@ -8,7 +8,7 @@ import pytest
 
 from crcolony.body import contract
 from crcolony.compiled import is_switched_off
-from crcolony.robot.aot_step import step_of
+from crcolony.robot.aot_step import load_step
 from crcolony.robot.state import SLICE_OVER, Robots
 from crcolony.robot.step import step_robot
 from tests.support.small_robots import new_robots, observation
@@ -25,10 +25,10 @@ def test_it_lives_the_same_life() -> None:
     """Over whole generations, in any row of a batch, with hand-overs and turnovers."""
     one, habits, robots = new_robots(3)
     other, _, others = new_robots(3)
-    step = step_of(one, habits)
+    step = load_step(one, habits)
     action, expected = np.zeros(contract.ACTION_WIDTH), np.zeros(contract.ACTION_WIDTH)
     for robot in (*robots, *others):
-        robot.begin()
+        robot.start()
     rng = np.random.default_rng(1)
     for _ in range(800):
         row = int(rng.integers(3))
@@ -46,12 +46,12 @@ def test_it_lives_the_same_life() -> None:
 def test_a_robot_with_another_body_steps_by_its_habits() -> None:
     """The table of addresses is made anew when habits change."""
     _, _, (robot,) = new_robots(1)
-    robot.begin()
+    robot.start()
     seen = observation(np.random.default_rng(3))
     seen[contract.FACE] = seen[contract.PACK] = 0.0
     robot.step(seen)
     _, habits, _ = new_robots(1)
-    robot.embody(habits._replace(action_ttl_s=7.0))
+    robot.set_parameters(habits._replace(action_ttl_s=7.0))
     assert robot.step(seen)[contract.TTL] == 7.0
 
 
@@ -60,9 +60,9 @@ def test_no_compiler_is_imported_where_the_code_is_ready() -> None:
     program = """
 import sys
 import numpy as np
-from tests.robot.small import new_robots, nothing
+from tests.support.small_robots import new_robots, nothing
 _, _, (robot,) = new_robots(1)
-robot.begin()
+robot.start()
 robot.step(nothing())
 print("numba" in sys.modules)
 """

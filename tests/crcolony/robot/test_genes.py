@@ -6,7 +6,7 @@ import pytest
 
 from crcolony.body import contract
 from crcolony.body.settings import CyberRodent
-from crcolony.robot.batch import habits_of, unborn_robots, weight_bytes
+from crcolony.robot.batch import empty_robots, step_parameters, weight_bytes
 from crcolony.robot.energy import conception_probability, next_energy
 from crcolony.robot.genes import META_PARAMETERS, agent_schema, decode, module_genes
 from crcolony.robot.modules import FORAGING, MATING, LearningModule
@@ -54,12 +54,12 @@ def test_a_third_module_is_one_more_row() -> None:
     learning, life = Learning(), Life(agents=2, slice_steps=500)
     schema = agent_schema(learning, Heredity(), modules)
     assert len(schema) == 2 * 5 + 3 * module_genes(learning)
-    habits = habits_of(learning, life, CyberRodent(), modules)
-    robots: Robots = unborn_robots(1, habits, 2, len(schema), 1)
+    habits = step_parameters(learning, life, CyberRodent(), modules)
+    robots: Robots = empty_robots(1, habits, 2, len(schema), 1)
     robots.genotypes[0] = schema.random(np.random.default_rng(2))
     robots.genotypes[0, :, schema.index("selector.following.bias")] = 5.0
     robots.energies[:] = 1.0
-    robots.left[:] = 500
+    robots.slice_steps_left[:] = 500
     rng = np.random.default_rng(3)
     action = np.zeros(contract.ACTION_WIDTH)
     for _ in range(60):
@@ -74,7 +74,7 @@ def test_a_third_module_is_one_more_row() -> None:
 def test_actions_are_all_pairs_of_a_speed_and_a_turn_as_wheel_speeds() -> None:
     """The middle of the wheels moves with the speed, and they differ by the turn."""
     learning, rodent = Learning(), CyberRodent()
-    wheels = habits_of(learning, Life(), rodent).wheels
+    wheels = step_parameters(learning, Life(), rodent).wheels
     pairs = [(v, w) for v in learning.speeds_m_s for w in learning.turns_rad_s]
     assert wheels.mean(axis=1) == pytest.approx([v for v, _ in pairs])
     assert (wheels[:, 1] - wheels[:, 0]) / rodent.track_m == pytest.approx([w for _, w in pairs])
@@ -82,8 +82,8 @@ def test_actions_are_all_pairs_of_a_speed_and_a_turn_as_wheel_speeds() -> None:
 
 def test_robots_have_streams_of_their_own() -> None:
     """No two of the same colony or of two seeds draw the same numbers, and one seed gives the same."""
-    habits = habits_of(Learning(), Life(), CyberRodent())
-    one, same, other = (unborn_robots(50, habits, 1, 1, seed).streams for seed in (1, 1, 2))
+    habits = step_parameters(Learning(), Life(), CyberRodent())
+    one, same, other = (empty_robots(50, habits, 1, 1, seed).streams for seed in (1, 1, 2))
     assert np.array_equal(one, same)
     assert np.unique(np.concatenate([one, other])[:, 0]).size == 100
 

@@ -22,7 +22,7 @@ def live_slice(robot: Robot, rng: np.random.Generator) -> None:
 def test_every_agent_has_its_slices_and_then_the_generation_is_over() -> None:
     """Hand-overs give each agent as many slices as configured, and then refuse."""
     _, _, (robot,) = new_robots(1)
-    births = robot.begin()
+    births = robot.start()
     assert len(births) == LIFE.agents
     rng = np.random.default_rng(1)
     turns = [robot.agent]
@@ -39,7 +39,7 @@ def test_a_turnover_gives_birth_to_newborns_that_know_nothing() -> None:
     """Energy, weights and counts are those of the first day; the robot's own clock goes on."""
     learning = msgspec.structs.replace(DEFAULT.learning, initial_value=0.6)
     batch, _, (robot,) = new_robots(1, Settings(learning=learning))
-    robot.begin()
+    robot.start()
     rng = np.random.default_rng(2)
     for _ in range(3):
         live_slice(robot, rng)
@@ -59,7 +59,7 @@ def test_conception_follows_the_own_energy_and_nothing_else() -> None:
     """At energy 0.7 seven of ten matings conceive; below the threshold none does."""
     life = msgspec.structs.replace(LIFE, conception_threshold=0.2)
     batch, _, (robot,) = new_robots(1, Settings(life=life))
-    robot.begin()
+    robot.start()
     partner = Exchange("9/1", batch.genotypes[0, 1])
     batch.energies[0, robot.agent] = 0.7
     conceived = [robot.mate(partner) is not None for _ in range(2000)]
@@ -71,8 +71,8 @@ def test_conception_follows_the_own_energy_and_nothing_else() -> None:
 def test_an_offspring_is_of_the_agent_in_control_and_the_partner() -> None:
     """It waits in the own pool; what is exchanged is a name and a genotype, no more."""
     batch, _, (one, two) = new_robots(2)
-    one.begin()
-    two.begin()
+    one.start()
+    two.start()
     batch.energies[:] = 1.0
     given = two.exchange()
     assert list(Exchange.__dataclass_fields__) == ["agent", "genes"]
@@ -88,13 +88,13 @@ def test_an_offspring_is_of_the_agent_in_control_and_the_partner() -> None:
 def test_saving_and_restoring_in_the_middle_of_a_slice_changes_nothing() -> None:
     """A robot restored into another row of another batch lives on, bit for bit, over hand-overs and a turnover."""
     _, _, (robot,) = new_robots(1, seed=3)
-    robot.begin()
+    robot.start()
     rng = np.random.default_rng(4)
     for _ in range(37):
         robot.step(observation(rng))
     batch, _, others = new_robots(3, seed=9)
     for other in others:
-        other.begin()
+        other.start()
     twin = others[1]
     twin.restore(robot.save())
     for _ in range(2 * LIFE.agents * LIFE.slices):
@@ -117,7 +117,7 @@ def test_saving_and_restoring_in_the_middle_of_a_slice_changes_nothing() -> None
 def test_what_was_saved_does_not_change_with_the_robot() -> None:
     """A snapshot is a copy of everything."""
     _, _, (robot,) = new_robots(1)
-    robot.begin()
+    robot.start()
     saved = robot.save()
     kept = {name: value.copy() for name, value in saved["arrays"].items()}
     live_slice(robot, np.random.default_rng(5))
@@ -129,7 +129,7 @@ def test_what_was_saved_does_not_change_with_the_robot() -> None:
 def test_a_snapshot_of_another_kind_of_robot_is_refused() -> None:
     """With other tiles or agents it does not fit."""
     _, _, (robot,) = new_robots(1)
-    robot.begin()
+    robot.start()
     other = Settings(learning=msgspec.structs.replace(DEFAULT.learning, tilings=4))
     _, _, (stranger,) = new_robots(1, other)
     with pytest.raises(ValueError, match="does not fit"):
@@ -139,10 +139,10 @@ def test_a_snapshot_of_another_kind_of_robot_is_refused() -> None:
 def test_informed_time_sharing_looks_at_matings_for_the_time_lived() -> None:
     """After everybody's first slice the agent that mated most by time is in control."""
     batch, _, (robot,) = new_robots(1)
-    robot.begin()
+    robot.start()
     robot._time_sharing = EpsilonGreedyOrder(5, 0.0)
     robot.subpopulation.turns[:] = 1
-    batch.lived[0] = [100, 100, 10]
+    batch.steps_alive[0] = [100, 100, 10]
     batch.matings[0] = [2, 3, 1]
     assert robot.hand_over()
     assert robot.agent == 2

@@ -36,7 +36,7 @@ def test_a_life_is_that_of_the_textbook(seed: int, changes: dict[str, object]) -
     learning = msgspec.structs.replace(DEFAULT.learning, **changes)
     settings = Settings(learning=learning)
     batch, _, (robot,) = new_robots(1, settings, seed)
-    robot.begin()
+    robot.start()
     plain = plain_twin(batch, settings)
     plain.take_over(robot.agent)
     rng = np.random.default_rng(seed)
@@ -66,7 +66,7 @@ def test_a_batch_of_n_is_n_batches_of_one() -> None:
     batch, habits, robots = new_robots(count)
     singles = []
     for row, robot in enumerate(robots):
-        robot.begin()
+        robot.start()
         single, _, (alone,) = new_robots(1)
         single.streams[0] = batch.streams[row]
         saved = robot.save()
@@ -96,7 +96,7 @@ def test_energy_is_spent_and_regained_and_ends_in_death() -> None:
             life=msgspec.structs.replace(DEFAULT.life, energy_per_step=0.125, initial_energy=0.5)
         ),
     )
-    robot.begin()
+    robot.start()
     robot.step(nothing())
     assert robot.energy == 0.375
     fed = nothing()
@@ -112,7 +112,7 @@ def test_energy_is_spent_and_regained_and_ends_in_death() -> None:
     assert events[6] == DIED
     assert robot.energy == 0.0
     assert not action.any()
-    assert batch.lived[0, robot.agent] == 9
+    assert batch.steps_alive[0, robot.agent] == 9
     weights = batch.weights.copy()
     for _ in range(5):
         assert not robot.step(fed).any()
@@ -123,7 +123,7 @@ def test_energy_is_spent_and_regained_and_ends_in_death() -> None:
 def test_a_pack_that_is_still_held_is_captured_later() -> None:
     """Charge counts as energy at once, as a capture when the jaw is empty again."""
     batch, _, (robot,) = new_robots(1)
-    robot.begin()
+    robot.start()
     held = nothing()
     held[contract.CHARGE], held[contract.JAW_HOLDS] = 0.1, 1.0
     robot.step(held)
@@ -141,7 +141,7 @@ def always_mating(batch: Robots) -> None:
 def test_after_a_mating_the_beacon_rests() -> None:
     """It is off, and faces count as not visible, for the refractory steps; then it is on again."""
     batch, _, (robot,) = new_robots(1)
-    robot.begin()
+    robot.start()
     always_mating(batch)
     face = nothing()
     face[contract.FACE], face[contract.FACE + contract.DISTANCE] = 1.0, 0.4
@@ -160,7 +160,7 @@ def test_after_a_mating_the_beacon_rests() -> None:
 def test_only_the_mating_module_switches_the_beacon_on() -> None:
     """Each module shows its own lamp."""
     batch, _, (robot,) = new_robots(1)
-    robot.begin()
+    robot.start()
     always_mating(batch)
     mating = robot.step(nothing()).copy()
     batch.genotypes[:, :, 0] = -1.0
@@ -173,7 +173,7 @@ def test_only_the_mating_module_switches_the_beacon_on() -> None:
 def test_the_last_step_of_a_slice_learns_and_stops() -> None:
     """Everything owed is paid, traces are gone, and the body is told to stop at once."""
     batch, _, (robot,) = new_robots(1)
-    robot.begin()
+    robot.start()
     rng = np.random.default_rng(3)
     for step in range(DEFAULT.life.slice_steps):
         action = robot.step(observation(rng))
@@ -187,7 +187,7 @@ def test_the_last_step_of_a_slice_learns_and_stops() -> None:
 def test_an_encounter_is_an_event_of_that_step_alone() -> None:
     """The colony is told once."""
     _, _, (robot,) = new_robots(1)
-    robot.begin()
+    robot.start()
     met = nothing()
     met[contract.ENCOUNTER] = 1.0
     robot.step(met)
@@ -218,7 +218,7 @@ def test_without_shaping_no_potential_moves_learning() -> None:
     """All potential genes are 0 and stay 0, in newborns and in mutants."""
     learning = msgspec.structs.replace(DEFAULT.learning, shaping=False)
     batch, _, (robot,) = new_robots(1, Settings(learning=learning, heredity=Heredity()))
-    robot.begin()
+    robot.start()
     rng = np.random.default_rng(5)
     for _ in range(20):
         robot.step(observation(rng))

@@ -10,9 +10,9 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
-from crcolony.storage.reading import read_memory
-from crcolony.storage.sql import StoreError
-from crcolony.storage.store import Store, StoreFull
+from crcolony.storage.reading import read_stored_robot
+from crcolony.storage.sql import StorageError
+from crcolony.storage.store import RobotStore, StorageFullError
 from tests.support.robot_stores import (
     OTHER,
     Seen,
@@ -38,9 +38,9 @@ class Copy:
     states: frozenset[Seen]
 
 
-def live(store: Store) -> Iterator[None]:
+def live(store: RobotStore) -> Iterator[None]:
     """Do what a robot does to its memory, one transaction after the other."""
-    store.begin_life(7)
+    store.begin_incarnation(7)
     yield
     for n in range(1, 13):
         if n % 4 == 1:
@@ -84,7 +84,7 @@ def _without_newest(path: Path, other: Path) -> Seen:
     for source, target in files:
         target.write_bytes(source.read_bytes())
     store = open_store(other)
-    newest = "(SELECT newest FROM memory WHERE older > 0)"
+    newest = "(SELECT newest FROM head WHERE older > 0)"
     store._connection.execute(f"UPDATE snapshots SET robot = x'' WHERE serial = {newest}")
     store.close()
     store = open_store(other)
@@ -106,24 +106,24 @@ def look(folder: Path, copy: Copy, main: bytes, log: bytes) -> Seen | None:
     path.with_name(path.name + "-shm").unlink(missing_ok=True)
     try:
         store = open_store(path)
-    except StoreError as refused:
+    except StorageError as refused:
         error = str(refused)
     else:
         return _go_on(store, copy)
     assert error.startswith(f"{path}: ")
     assert "\n" not in error
-    with contextlib.suppress(StoreError):  # what cannot be written may still be good to read
-        memory = read_memory(path)
+    with contextlib.suppress(StorageError):  # what cannot be written may still be good to read
+        memory = read_stored_robot(path)
         read = (tuple(memory.matings), tuple(memory.events), memory.tick)
         assert read in {(state.matings, state.events, state.tick) for state in copy.states}
     return None
 
 
-def _go_on(store: Store, copy: Copy) -> Seen:
+def _go_on(store: RobotStore, copy: Copy) -> Seen:
     """Return the state that was found, which must be one that was, and is good to go on from."""
     seen = see(store)
     assert seen in copy.states
-    store.begin_life(9)
+    store.begin_incarnation(9)
     store.save(robot(99), events(99), tick=99)
     assert see(store).tick == 99
     store.close()
@@ -181,7 +181,7 @@ def _flip(content: bytes, rng: random.Random) -> bytes:
     return bytes(flipped)
 
 
-@pytest.mark.parametrize("what", ["begin_life", "write", "save", "forget"])
+@pytest.mark.parametrize("what", ["begin_incarnation", "write", "save", "forget"])
 def test_whichever_write_fails_nothing_is_half_there(tmp_path: Path, what: str) -> None:
     """With room for one more piece at a time, every write of a transaction is once the one that fails."""
     path = tmp_path / "robot.sqlite"
@@ -194,30 +194,30 @@ def test_whichever_write_fails_nothing_is_half_there(tmp_path: Path, what: str) 
     store = open_store(path)
     record = proposed(50)
     acts: dict[str, Callable[[], object]] = {
-        "begin_life": lambda: store.begin_life(50),
+        "begin_incarnation": lambda: store.begin_incarnation(50),
         "write": lambda: store.write([record, answered(51)], record, decision(50)),
         "save": lambda: store.save(robot(50), events(50), tick=50),
         "forget": lambda: store.save(robot(50), events(50), tick=50),
     }
-    before = see(store), read_memory(path).life
+    before = see(store), read_stored_robot(path).incarnation
     failures = 0
     for size in range(0, 40 * FRAME, 1030):
         try:
             with room_for(size):
                 acts[what]()
-        except StoreFull:
+        except StorageFullError:
             failures += 1
-            assert (see(store), read_memory(path).life) == before
+            assert (see(store), read_stored_robot(path).incarnation) == before
         else:
             break
     else:
         pytest.fail("it never succeeded")
-    after = see(store), read_memory(path).life
+    after = see(store), read_stored_robot(path).incarnation
     assert after != before
     assert failures > 4
     store.close()
     store = open_store(path)
-    assert (see(store), read_memory(path).life) == after
+    assert (see(store), read_stored_robot(path).incarnation) == after
     store.close()
 
 
@@ -229,7 +229,7 @@ def test_a_memory_that_cannot_be_made_can_be_made_later(tmp_path: Path) -> None:
         try:
             with room_for(size):
                 store = open_store(path)
-        except StoreError:
+        except StorageError:
             failures += 1
         else:
             break

@@ -20,12 +20,12 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from crcolony.evolution.history import Event
-from crcolony.protocol.encounters import Record
+from crcolony.protocol.encounters import EncounterRecord
 from crcolony.storage import schema as memory_schema
-from crcolony.storage.reading import read_memory
+from crcolony.storage.reading import read_stored_robot
 from crcolony.storage.rows import Decision
-from crcolony.storage.sql import StoreError
-from crcolony.storage.store import Store, StoreBroken, StoreFull
+from crcolony.storage.sql import StorageError
+from crcolony.storage.store import FatalStorageError, RobotStore, StorageFullError
 from tests.support.robot_stores import (
     ME,
     OTHER,
@@ -42,7 +42,7 @@ from tests.support.robot_stores import (
 )
 
 
-def mate(store: Store, number: int) -> Record:
+def mate(store: RobotStore, number: int) -> EncounterRecord:
     record = proposed(number)
     store.write([record], record, decision(number))
     return record
@@ -60,7 +60,7 @@ def test_what_is_written_is_read_as_it_was(tmp_path: Path) -> None:
     """Records with and without partner, decisions, events and the whole robot, by the robot and by anybody else."""
     path = tmp_path / "robot.sqlite"
     store = open_store(path, durable=True)
-    life = store.begin_life(1000)
+    life = store.begin_incarnation(1000)
     alone = replace(answered(1), partner=None, proof=b"", orphaned=True)
     store.write([alone])
     mated = mate(store, 2)
@@ -70,9 +70,9 @@ def test_what_is_written_is_read_as_it_was(tmp_path: Path) -> None:
     saved, tick = store.load() or ({}, 0)
     assert tick == 30
     np.testing.assert_array_equal(saved["arrays"]["weights"], robot(3)["arrays"]["weights"])
-    memory = read_memory(path)
+    memory = read_stored_robot(path)
     store.close()
-    assert (memory.robot, memory.life, memory.schema) == (ME, life, SCHEMA)
+    assert (memory.robot, memory.incarnation, memory.schema) == (ME, life, SCHEMA)
     assert memory.matings == [(alone, None), (mated, decision(2))]
     assert memory.events == events(3)
     assert (memory.tick, memory.generation) == (30, 3)
@@ -131,12 +131,12 @@ def test_a_life_has_a_larger_number_than_every_life_before(tmp_path: Path) -> No
     lives = []
     for unix_s in (1000, 2000, 5, 2000, 3000):
         store = open_store(path)
-        lives.append(store.begin_life(unix_s))
+        lives.append(store.begin_incarnation(unix_s))
         store.close()
     assert lives == [1000, 2000, 2001, 2002, 3000]
     path.unlink()
     store = open_store(path)
-    assert store.begin_life(3001) == 3001
+    assert store.begin_incarnation(3001) == 3001
     store.close()
 
 
@@ -162,22 +162,22 @@ def test_a_damaged_snapshot_gives_way_to_the_one_before(tmp_path: Path) -> None:
     store.save(robot(1), events(1), tick=1)
     record = mate(store, 1)
     store.save(robot(2), events(2), tick=2)
-    newest = "(SELECT newest FROM memory)"
+    newest = "(SELECT newest FROM head)"
     store._connection.execute(f"UPDATE snapshots SET robot = x'00' WHERE serial = {newest}")
     store.close()
     store = open_store(path)
     saved, tick = store.load() or ({}, 0)
     assert (tick, saved["generation"]) == (1, 1)
     assert store.decisions_since() == [(record, decision(1))]
-    assert read_memory(path).events == events(1)
+    assert read_stored_robot(path).events == events(1)
     store.save(robot(3), events(3)[:1], tick=3)
-    assert (see(store).tick, read_memory(path).events) == (3, events(1) + events(3)[:1])
+    assert (see(store).tick, read_stored_robot(path).events) == (3, events(1) + events(3)[:1])
     store.close()
     store = open_store(path)
     assert see(store).tick == 3
     store._connection.execute("UPDATE snapshots SET robot = x'00'")
     store.close()
-    with pytest.raises(StoreError, match="no snapshot is undamaged"):
+    with pytest.raises(StorageError, match="no snapshot is undamaged"):
         open_store(path)
 
 
@@ -191,15 +191,15 @@ def test_a_lost_row_is_missed(tmp_path: Path, table: str, seq: int) -> None:
     store.save(robot(1), events(1) + events(2), tick=2)
     store._connection.execute(f"DELETE FROM {table} WHERE seq = ?", (seq,))
     store.close()
-    for use in (open_store, read_memory):
-        with pytest.raises(StoreError, match="corrupt: row"):
+    for use in (open_store, read_stored_robot):
+        with pytest.raises(StorageError, match="corrupt: row"):
             use(path)
 
 
 WRITER = """
 import sys
 from pathlib import Path
-from tests.colony.memory.memories import *
+from tests.support.robot_stores import *
 store = open_store(Path(sys.argv[1]), durable=True)
 for number in range(10**9):
     record = proposed(number)
@@ -224,7 +224,7 @@ def test_what_was_acknowledged_survives_kill(tmp_path: Path) -> None:
                     break
             said = [stop, *(int(line) for line in process.stdout if line.endswith("\n"))][-1]
         store = open_store(path)
-        numbers = [record.nonce for record, _ in read_memory(path).matings]
+        numbers = [record.nonce for record, _ in read_stored_robot(path).matings]
         assert numbers in (list(range(said + 1)), list(range(said + 2)))
         tick = see(store).tick
         assert tick in (said - said % 5, said + 1)
@@ -243,11 +243,11 @@ def test_a_full_disk_is_said_and_nothing_is_half_written(tmp_path: Path, limit: 
     if limit == "file size":
         with room_for(path.with_name(path.name + "-wal").stat().st_size):
             for number in (2, 3):
-                with pytest.raises(StoreFull, match="not written"):
+                with pytest.raises(StorageFullError, match="not written"):
                     mate(store, number)
     else:
         store._connection.execute("PRAGMA max_page_count = 1")
-        with pytest.raises(StoreFull, match="full"):
+        with pytest.raises(StorageFullError, match="full"):
             store.save({"arrays": {"weights": np.ones(9000)}}, [], tick=9)
         store._connection.execute("PRAGMA max_page_count = 1000000")
     assert see(store) == before
@@ -262,10 +262,10 @@ def test_a_full_disk_is_said_and_nothing_is_half_written(tmp_path: Path, limit: 
 def test_a_locked_file_is_like_a_full_disk(tmp_path: Path) -> None:
     """Somebody who keeps the file locked costs the robot a mating, not its life."""
     path = tmp_path / "robot.sqlite"
-    store = Store(path, ME, SCHEMA, busy_s=0.01, durable=False)
+    store = RobotStore(path, ME, SCHEMA, busy_s=0.01, durable=False)
     other = sqlite3.connect(path, isolation_level=None)
     other.execute("BEGIN EXCLUSIVE")
-    with pytest.raises(StoreFull, match="locked"):
+    with pytest.raises(StorageFullError, match="locked"):
         mate(store, 1)
     other.execute("ROLLBACK")
     other.close()
@@ -298,10 +298,10 @@ def test_after_a_failed_sync_nothing_more_is_written(tmp_path: Path) -> None:
     store = open_store(path)
     whole = store._connection
     store._database = FailingSync(whole)  # type: ignore[assignment]
-    with pytest.raises(StoreBroken, match="disk I/O error"):
+    with pytest.raises(FatalStorageError, match="disk I/O error"):
         mate(store, 1)
     store._database = whole
-    with pytest.raises(StoreBroken, match="begin again"):
+    with pytest.raises(FatalStorageError, match="begin again"):
         mate(store, 2)
     store.close()
     store = open_store(path)
@@ -313,7 +313,7 @@ def test_a_memory_is_for_one_process(tmp_path: Path) -> None:
     """A second one is refused, also in another process; when the first has closed it, twice even, it is free."""
     path = tmp_path / "robot.sqlite"
     store = open_store(path)
-    with pytest.raises(StoreError, match=r"robot\.sqlite: in use by another process"):
+    with pytest.raises(StorageError, match=r"robot\.sqlite: in use by another process"):
         open_store(path)
     command = [sys.executable, "-c", WRITER, str(path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -327,10 +327,10 @@ def test_another_robots_memory_or_another_schemas_is_refused(tmp_path: Path) -> 
     """Both are named, and the memory stays as it was."""
     path = tmp_path / "robot.sqlite"
     open_store(path).close()
-    with pytest.raises(StoreError, match="the memory of robot 6d6d6d6d, not of 6f6f6f6f"):
-        Store(path, OTHER, SCHEMA)
-    with pytest.raises(StoreError, match="another schema"):
-        Store(path, ME, bytes(16))
+    with pytest.raises(StorageError, match="the memory of robot 6d6d6d6d, not of 6f6f6f6f"):
+        RobotStore(path, OTHER, SCHEMA)
+    with pytest.raises(StorageError, match="another schema"):
+        RobotStore(path, ME, bytes(16))
     open_store(path).close()
 
 
@@ -343,8 +343,8 @@ def test_what_is_no_memory_is_refused_and_left_alone(tmp_path: Path) -> None:
     database.close()
     for path in (text, foreign, tmp_path, tmp_path / "no" / "where"):
         content = path.read_bytes() if path.is_file() else b""
-        for use in (open_store, read_memory):
-            with pytest.raises(StoreError) as refused:
+        for use in (open_store, read_stored_robot):
+            with pytest.raises(StorageError) as refused:
                 use(path)
             assert str(refused.value).startswith(f"{path}: ")
             assert "\n" not in str(refused.value)
@@ -357,8 +357,8 @@ def test_a_newer_memory_is_refused(tmp_path: Path) -> None:
     store = open_store(path)
     store._connection.execute("PRAGMA user_version = 99")
     store.close()
-    for use in (open_store, read_memory):
-        with pytest.raises(StoreError, match=r"newer crcolony \(version 99\); update"):
+    for use in (open_store, read_stored_robot):
+        with pytest.raises(StorageError, match=r"newer crcolony \(version 99\); update"):
             use(path)
 
 
@@ -381,9 +381,9 @@ def test_an_older_memory_is_brought_to_the_present(
     later = "ALTER TABLE encounters ADD COLUMN mood TEXT NOT NULL DEFAULT 'good';"
     monkeypatch.setattr(memory_schema, "MIGRATIONS", (*memory_schema.MIGRATIONS, later))
     content = path.read_bytes()
-    assert tuple(read_memory(path).matings) == before.matings
+    assert tuple(read_stored_robot(path).matings) == before.matings
     assert path.read_bytes() == content
-    with pytest.raises(StoreError, match="row 2 of table encounters is damaged"):
+    with pytest.raises(StorageError, match="row 2 of table encounters is damaged"):
         open_store(damaged)
     for _ in range(2):
         store = open_store(path)
@@ -433,8 +433,8 @@ def test_a_memory_of_the_first_version_is_read(tmp_path: Path) -> None:
     assert store.load() == ({"generation": 1}, 1)
     assert store.decisions_since() == [(proposed(1), decision(1))]
     assert store.open_records() == [proposed(1), answered(2)]
-    assert read_memory(path).events == events(1)
-    assert store.begin_life(5) == 1001
+    assert read_stored_robot(path).events == events(1)
+    assert store.begin_incarnation(5) == 1001
     store.close()
 
 
@@ -449,7 +449,7 @@ def test_a_place_that_may_not_be_written_is_refused(tmp_path: Path, what: str) -
     script = f"""
 import os
 from pathlib import Path
-from tests.colony.memory.memories import *
+from tests.support.robot_stores import *
 os.chdir({str(tmp_path)!r})
 if os.getuid() == 0:
     os.setuid(65534)
@@ -458,7 +458,7 @@ open_store(Path({name!r}))
     command = [sys.executable, "-c", script]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     tmp_path.chmod(0o755)
-    assert f"StoreError: {name}: cannot be" in done.stderr.splitlines()[-1]
+    assert f"StorageError: {name}: cannot be" in done.stderr.splitlines()[-1]
 
 
 def test_an_analyst_reads_it_with_sql(tmp_path: Path) -> None:
@@ -487,7 +487,7 @@ class AgainstAModel(RuleBasedStateMachine):
         self.folder = tempfile.TemporaryDirectory()
         self.path = Path(self.folder.name) / "robot.sqlite"
         self.store = open_store(self.path)
-        self.records: dict[Any, Record] = {}
+        self.records: dict[Any, EncounterRecord] = {}
         self.decisions: dict[Any, Decision] = {}
         self.snapshots: list[tuple[int, int, list[Event]]] = []
         """Number, decisions before it, events before it; the newest last"""
@@ -516,10 +516,12 @@ class AgainstAModel(RuleBasedStateMachine):
     def orphan(self, data: st.DataObject) -> None:
         self._write([replace(data.draw(st.sampled_from(self._open())), orphaned=True)])
 
-    def _open(self) -> list[Record]:
+    def _open(self) -> list[EncounterRecord]:
         return [r for r in self.records.values() if r.state in ("decided", "prepared")]
 
-    def _write(self, records: list[Record], decided: Record | None = None) -> None:
+    def _write(
+        self, records: list[EncounterRecord], decided: EncounterRecord | None = None
+    ) -> None:
         made = decision(self.number) if decided else None
         self.store.write(records, decided, made)
         self.records |= {record.encounter: record for record in records}
@@ -553,7 +555,7 @@ class AgainstAModel(RuleBasedStateMachine):
     @rule()
     @precondition(lambda self: len(self.snapshots) == 2)
     def lose_newest_snapshot(self) -> None:
-        newest = "(SELECT newest FROM memory)"
+        newest = "(SELECT newest FROM head)"
         query = f"UPDATE snapshots SET robot = x'01' WHERE serial = {newest}"
         self.store._connection.execute(query)
         self.snapshots.pop()

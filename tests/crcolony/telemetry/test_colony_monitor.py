@@ -7,32 +7,32 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crcolony.nodes.event_buffer import Ring
+from crcolony.nodes.event_buffer import EventBuffer
 from crcolony.protocol.codec import Message, encode
 from crcolony.protocol.identity import RobotId, seeded
 from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
 from crcolony.protocol.telemetry_messages import (
-    AboutArena,
-    AboutRobot,
-    Ask,
+    ArenaMetadata,
+    EventMessage,
     Fault,
-    Past,
-    State,
-    Told,
-    decode_ask,
+    HistoryReply,
+    HistoryRequest,
+    RobotMetadata,
+    RobotState,
+    decode_history_request,
 )
 from crcolony.telemetry import presence
 from crcolony.telemetry.backfill import ANSWER_S, MOST_UNDER_WAY, TURN_ROBOTS
-from crcolony.telemetry.colony_monitor import Heard, Kind, Watch
+from crcolony.telemetry.colony_monitor import ColonyMonitor, SampleKind, TelemetrySample
 from crcolony.telemetry.sequence_gaps import PATIENCE_S, TRIES
 from crcolony.telemetry.status_changes import (
-    Appeared,
-    ArenaAppeared,
-    ArenaVanished,
-    Happened,
-    News,
-    Restarted,
-    Vanished,
+    ArenaJoined,
+    ArenaLeft,
+    EventReceived,
+    RobotJoined,
+    RobotLeft,
+    RobotRestarted,
+    StatusChange,
 )
 from tests.vectors.make import TELEMETRY
 
@@ -44,61 +44,64 @@ T = 1_000.0
 A_STATE, A_SCENE = TELEMETRY["state"], TELEMETRY["scene"]
 
 
-def told(seq: int, life: int = 3, robot: RobotId = ME) -> Told:
-    return Told(robot, life, seq, 7, Fault(seq, "x"))
+def told(seq: int, life: int = 3, robot: RobotId = ME) -> EventMessage:
+    return EventMessage(robot, life, seq, 7, Fault(seq, "x"))
 
 
-def state(seq: int = 0, life: int = 3, robot: RobotId = ME) -> State:
-    assert isinstance(A_STATE, State)
+def state(seq: int = 0, life: int = 3, robot: RobotId = ME) -> RobotState:
+    assert isinstance(A_STATE, RobotState)
     return msgspec.structs.replace(A_STATE, robot=robot, life=life, seq=seq)
 
 
-class Outlook(Watch):
+class Outlook(ColonyMonitor):
     """A watch, and what it is fed with in short words; `at_s` is when."""
 
     at_s = T
 
-    def hear(self, kind: Kind, key: str, message: Message | bytes = b"") -> list[News]:
+    def hear(
+        self, kind: SampleKind, key: str, message: Message | bytes = b""
+    ) -> list[StatusChange]:
         data = message if isinstance(message, bytes) else encode(message)
-        return self.take(Heard(kind, key, data, int(1000.0 * self.at_s)))
+        return self.handle_sample(TelemetrySample(kind, key, data, int(1000.0 * self.at_s)))
 
-    def come(self, life: int = 3, robot: RobotId = ME, session: str = "a") -> list[News]:
+    def come(self, life: int = 3, robot: RobotId = ME, session: str = "a") -> list[StatusChange]:
         return self.hear("alive", COLONY.alive(robot, life, session))
 
-    def go(self, life: int = 3, robot: RobotId = ME, session: str = "a") -> list[News]:
+    def go(self, life: int = 3, robot: RobotId = ME, session: str = "a") -> list[StatusChange]:
         return self.hear("gone", COLONY.alive(robot, life, session))
 
-    def state(self, state: State) -> list[News]:
+    def state(self, state: RobotState) -> list[StatusChange]:
         return self.hear("state", COLONY.state(state.robot), state)
 
-    def tell(self, *events: Told) -> list[int]:
+    def tell(self, *events: EventMessage) -> list[int]:
         """Return the numbers of those that are news."""
         return numbers([n for e in events for n in self.hear("event", COLONY.event(e.robot), e)])
 
     def introduce(self, life: int = 3) -> None:
         """Let a robot come, and answer what it is like."""
         self.come(life)
-        self.questions(self.at_s)
-        self.hear("about", COLONY.about(ME), AboutRobot(ME, life, "{}", []))
+        self.due_requests(self.at_s)
+        self.hear("metadata", COLONY.metadata(ME), RobotMetadata(ME, life, "{}", []))
 
     def missing(self) -> int:
-        gaps = self.robots[ME].gaps
+        gaps = self.robots[ME].sequence
         assert gaps is not None
         return gaps.missing
 
-    def past(self, oldest: int, events: Sequence[Told], robot: RobotId = ME) -> list[int]:
-        answer = Past(3, oldest, [encode(event) for event in events])
-        return numbers(self.hear("past", COLONY.past(robot), answer))
+    def past(self, oldest: int, events: Sequence[EventMessage], robot: RobotId = ME) -> list[int]:
+        answer = HistoryReply(3, oldest, [encode(event) for event in events])
+        return numbers(self.hear("history", COLONY.history(robot), answer))
 
-    def asks(self, unix_s: float = T) -> list[tuple[str, Ask | None]]:
+    def asks(self, unix_s: float = T) -> list[tuple[str, HistoryRequest | None]]:
         """Return the keys of the questions now, with what is asked for."""
         return [
-            (q.key, decode_ask(q.payload) if q.payload else None) for q in self.questions(unix_s)
+            (q.key, decode_history_request(q.payload) if q.payload else None)
+            for q in self.due_requests(unix_s)
         ]
 
 
-def numbers(news: list[News]) -> list[int]:
-    return [one.told.seq for one in news if isinstance(one, Happened)]
+def numbers(news: list[StatusChange]) -> list[int]:
+    return [one.message.seq for one in news if isinstance(one, EventReceived)]
 
 
 @pytest.fixture
@@ -111,35 +114,35 @@ class TestPresence:
 
     def test_a_robot_is_there_until_its_last_token_has_gone(self, watch: Outlook) -> None:
         """A token that is told again, or that was never there, changes nothing."""
-        assert watch.come(3) == [Appeared(ME)]
+        assert watch.come(3) == [RobotJoined(ME)]
         assert watch.come(3) == []
         assert watch.come(3, session="b") == []
         assert watch.go(3) == []
         assert watch.go(3) == []
         assert [watched.robot for watched in watch.alive] == [ME]
-        assert watch.go(3, session="b") == [Vanished(ME)]
+        assert watch.go(3, session="b") == [RobotLeft(ME)]
         assert watch.alive == []
         assert watch.go(3, PEER) == []
 
     def test_a_newer_life_is_a_restart(self, watch: Outlook) -> None:
         """Whether its token comes before the old one goes, or after; the first life is none."""
         watch.come(3)
-        assert watch.come(4, session="b") == [Restarted(ME, 4)]
+        assert watch.come(4, session="b") == [RobotRestarted(ME, 4)]
         watch.go(3)
-        assert watch.go(4, session="b") == [Vanished(ME)]
-        assert watch.come(5, session="c") == [Appeared(ME), Restarted(ME, 5)]
+        assert watch.go(4, session="b") == [RobotLeft(ME)]
+        assert watch.come(5, session="c") == [RobotJoined(ME), RobotRestarted(ME, 5)]
         assert watch.robots[ME].restarts == 2
-        assert watch.robots[ME].lives == {(5, "c"): None}
+        assert watch.robots[ME].incarnations == {(5, "c"): None}
 
     def test_arenas_come_and_go(self, watch: Outlook) -> None:
         """By their tokens; the last scene and when it came are kept."""
-        assert watch.hear("alive", ARENA.alive(7, "a")) == [ArenaAppeared("lab")]
+        assert watch.hear("alive", ARENA.alive(7, "a")) == [ArenaJoined("lab")]
         assert watch.hear("alive", ARENA.alive(8, "b")) == []
         assert watch.hear("gone", ARENA.alive(7, "a")) == []
         assert watch.hear("scene", ARENA.scene, A_SCENE) == []
-        assert watch.hear("gone", ARENA.alive(8, "b")) == [ArenaVanished("lab")]
+        assert watch.hear("gone", ARENA.alive(8, "b")) == [ArenaLeft("lab")]
         arena = watch.arenas["lab"]
-        assert (arena.scene, arena.heard_s) == (A_SCENE, T)
+        assert (arena.scene, arena.updated_s) == (A_SCENE, T)
         assert not arena.is_alive
 
     def test_a_robot_that_changes_its_colony_is_found_there(self, watch: Outlook) -> None:
@@ -166,13 +169,13 @@ class TestEvents:
         assert watch.robots[ME].missed == 0
         watch.state(state(seq=22))
         assert watch.robots[ME].missed == 2
-        assert (watch.robots[ME].state, watch.robots[ME].heard_s) == (state(seq=22), T)
+        assert (watch.robots[ME].state, watch.robots[ME].updated_s) == (state(seq=22), T)
 
     def test_a_newer_life_counts_from_its_own_beginning(self, watch: Outlook) -> None:
         """Late events of the life before are news if they were missing, and else they are counted."""
         watch.tell(told(5), told(9))
         news = watch.hear("event", COLONY.event(ME), told(1, life=4))
-        assert news == [Restarted(ME, 4), Happened(told(1, life=4))]
+        assert news == [RobotRestarted(ME, 4), EventReceived(told(1, life=4))]
         assert watch.tell(told(7), told(7), told(10), told(3, life=2)) == [7]
         assert watch.stale == 3
         assert watch.robots[ME].missed == 2
@@ -207,21 +210,21 @@ def test_each_event_is_news_once_whatever_is_lost_repeated_or_late(
     fates: list[str], answers: list[bool]
 ) -> None:
     """Of live events, and of answers: after all of them nothing is missing."""
-    watch, ring, heard = Outlook(history=10_000), Ring(ME, 3), list[int]()
+    watch, ring, heard = Outlook(history=10_000), EventBuffer(ME, 3), list[int]()
     watch.come(3)
-    late: list[Told] = []
+    late: list[EventMessage] = []
     for fate in fates:
-        event = msgspec.msgpack.decode(ring.add(Fault(0, "x"), 7), type=Told)
+        event = msgspec.msgpack.decode(ring.append(Fault(0, "x"), 7), type=EventMessage)
         heard += watch.tell(*([event] * {"once": 1, "twice": 2}.get(fate, 0)))
         late += [event] if fate == "late" else []
     watch.state(state(seq=ring.seq))
     chances = iter(answers)
     while watch.missing():
         watch.at_s += PATIENCE_S
-        for question in watch.questions(watch.at_s):
-            if question.kind == "past" and next(chances, True):
-                answer = encode(ring.answer(decode_ask(question.payload)))
-                heard += numbers(watch.hear("past", question.key, answer))
+        for question in watch.due_requests(watch.at_s):
+            if question.kind == "history" and next(chances, True):
+                answer = encode(ring.reply_to(decode_history_request(question.payload)))
+                heard += numbers(watch.hear("history", question.key, answer))
         heard += watch.tell(*late[:3])
         late = late[2:]
         watch.at_s += ANSWER_S
@@ -241,13 +244,13 @@ class TestQuestions:
         watch.tell(told(1), told(100))
         assert watch.asks() == []
         watch.come(3)
-        assert watch.asks() == [(COLONY.about(ME), None)]
+        assert watch.asks() == [(COLONY.metadata(ME), None)]
         assert watch.asks() == []
-        watch.hear("about", COLONY.about(ME), AboutRobot(ME, 3, "{}", [PEER]))
-        assert watch.asks() == [(COLONY.past(ME), Ask(3, 2))]
+        watch.hear("metadata", COLONY.metadata(ME), RobotMetadata(ME, 3, "{}", [PEER]))
+        assert watch.asks() == [(COLONY.history(ME), HistoryRequest(3, 2))]
         assert watch.asks() == []
         assert watch.past(1, [told(seq) for seq in range(2, 66)]) == [*range(2, 66)]
-        assert watch.asks() == [(COLONY.past(ME), Ask(3, 66))]
+        assert watch.asks() == [(COLONY.history(ME), HistoryRequest(3, 66))]
         watch.past(1, [told(seq) for seq in range(66, 130)])
         assert watch.asks() == []
         assert watch.robots[ME].missed == 0
@@ -257,7 +260,7 @@ class TestQuestions:
         watch = Outlook(history=50)
         watch.introduce()
         watch.state(state(seq=200))
-        assert watch.asks() == [(COLONY.past(ME), Ask(3, 151))]
+        assert watch.asks() == [(COLONY.history(ME), HistoryRequest(3, 151))]
         assert watch.past(190, [told(seq) for seq in range(190, 201)]) == [*range(190, 201)]
         assert watch.asks() == []
         assert watch.robots[ME].missed == 0
@@ -270,18 +273,18 @@ class TestQuestions:
         watch.tell(told(1), told(9))
         asked = [watch.asks(T + ANSWER_S * k) for k in range(4 * TRIES)]
         keys = [key for questions in asked for key, _ in questions]
-        assert keys.count(COLONY.past(ME)) == TRIES
-        assert keys.count(COLONY.about(ME)) >= TRIES
+        assert keys.count(COLONY.history(ME)) == TRIES
+        assert keys.count(COLONY.metadata(ME)) >= TRIES
         assert watch.robots[ME].missed == 7
         watch.come(4, session="b")
-        assert (COLONY.about(ME), None) in watch.asks(T + 1_000.0)
+        assert (COLONY.metadata(ME), None) in watch.asks(T + 1_000.0)
 
     def test_an_event_that_never_was_is_asked_for_once(self, watch: Outlook) -> None:
         """A lying state costs a question, and nothing that comes afterwards."""
         watch.introduce()
         watch.tell(told(1))
         watch.state(state(seq=2**50))
-        assert watch.asks(T + PATIENCE_S) == [(COLONY.past(ME), Ask(3, 2))]
+        assert watch.asks(T + PATIENCE_S) == [(COLONY.history(ME), HistoryRequest(3, 2))]
         watch.past(1, [])
         assert watch.asks(T + PATIENCE_S) == []
         assert watch.robots[ME].missed == 0
@@ -295,13 +298,13 @@ class TestQuestions:
             watch.tell(told(1, robot=robot), told(3, robot=robot))
         asked: set[str] = set()
         for k in range(60):
-            questions = watch.questions(T + ANSWER_S * k)
+            questions = watch.due_requests(T + ANSWER_S * k)
             assert len(questions) <= MOST_UNDER_WAY
             chunks = [question.key.rpartition("/")[2] for question in questions]
             assert len(set(chunks)) == len(chunks)
             asked |= {question.key for question in questions}
-        assert asked >= {COLONY.past(robot) for robot in IDS}
-        assert asked >= {COLONY.about(robot) for robot in IDS}
+        assert asked >= {COLONY.history(robot) for robot in IDS}
+        assert asked >= {COLONY.metadata(robot) for robot in IDS}
 
     def test_robots_are_asked_about_again_in_turn(self) -> None:
         """Some in every period; who is gone is not."""
@@ -316,11 +319,11 @@ class TestQuestions:
             for k in range(20):
                 for key, _ in watch.asks(from_s + k):
                     robot = bytes.fromhex(key.rpartition("/")[2])
-                    watch.hear("about", key, AboutRobot(robot, 3, "{}", []))
+                    watch.hear("metadata", key, RobotMetadata(robot, 3, "{}", []))
                     found.append(key)
             return found
 
-        everybody = {COLONY.about(robot) for robot in IDS[1:]}
+        everybody = {COLONY.metadata(robot) for robot in IDS[1:]}
         assert set(asked(T)) == everybody
         again = [asked(T + 50.0 * k) for k in range(1, 5)]
         assert [len(keys) for keys in again] == [TURN_ROBOTS] * 4
@@ -328,23 +331,23 @@ class TestQuestions:
 
     def test_an_arena_is_asked_once_in_every_world(self, watch: Outlook) -> None:
         """What it answers is kept."""
-        about = AboutArena("lab", 7, '{"arena":{}}')
+        about = ArenaMetadata("lab", 7, '{"arena":{}}')
         watch.hear("alive", ARENA.alive(7, "a"))
-        assert watch.asks() == [(ARENA.about, None)]
-        watch.hear("about", ARENA.about, about)
-        assert watch.arenas["lab"].about == about
+        assert watch.asks() == [(ARENA.metadata, None)]
+        watch.hear("metadata", ARENA.metadata, about)
+        assert watch.arenas["lab"].metadata == about
         watch.hear("scene", ARENA.scene, A_SCENE)
         assert watch.asks(T + 1_000.0) == []
         watch.hear("alive", ARENA.alive(8, "b"))
-        assert watch.asks(T + 1_000.0) == [(ARENA.about, None)]
+        assert watch.asks(T + 1_000.0) == [(ARENA.metadata, None)]
 
     def test_what_a_robot_answers_about_itself_is_kept(self, watch: Outlook) -> None:
         """Of its present life."""
-        about = AboutRobot(ME, 3, '{"body":{}}', [PEER])
+        about = RobotMetadata(ME, 3, '{"body":{}}', [PEER])
         watch.come(3)
-        watch.hear("about", COLONY.about(ME), about)
-        watch.hear("about", COLONY.about(ME), AboutRobot(ME, 2, "{}", []))
-        assert watch.robots[ME].about == about
+        watch.hear("metadata", COLONY.metadata(ME), about)
+        watch.hear("metadata", COLONY.metadata(ME), RobotMetadata(ME, 2, "{}", []))
+        assert watch.robots[ME].metadata == about
         assert watch.stale == 1
 
     def test_a_clock_that_is_set_back_holds_up_no_question(self, watch: Outlook) -> None:
@@ -373,31 +376,31 @@ class TestLies:
             ("event", COLONY.event(ME), told(0)),
             ("scene", ARENA.scene, b"\x90"),
             ("scene", ArenaKeys("other").scene, A_SCENE),
-            ("past", COLONY.past(PEER), Past(3, 1, [encode(told(1))])),
-            ("past", COLONY.past(ME), Past(3, 1, [b"noise"])),
-            ("about", COLONY.about(PEER), AboutRobot(ME, 3, "{}", [])),
-            ("about", COLONY.about(ME), AboutRobot(ME, 3, "[1]", [])),
-            ("about", COLONY.about(ME), AboutRobot(ME, 3, "[" * 8000, [])),
-            ("about", ARENA.about, AboutArena("other", 7, "{}")),
-            ("about", ARENA.about, AboutArena("lab", 7, "nothing")),
-            ("about", ARENA.about, AboutRobot(ME, 3, "{}", [])),
+            ("history", COLONY.history(PEER), HistoryReply(3, 1, [encode(told(1))])),
+            ("history", COLONY.history(ME), HistoryReply(3, 1, [b"noise"])),
+            ("metadata", COLONY.metadata(PEER), RobotMetadata(ME, 3, "{}", [])),
+            ("metadata", COLONY.metadata(ME), RobotMetadata(ME, 3, "[1]", [])),
+            ("metadata", COLONY.metadata(ME), RobotMetadata(ME, 3, "[" * 8000, [])),
+            ("metadata", ARENA.metadata, ArenaMetadata("other", 7, "{}")),
+            ("metadata", ARENA.metadata, ArenaMetadata("lab", 7, "nothing")),
+            ("metadata", ARENA.metadata, RobotMetadata(ME, 3, "{}", [])),
         ],
     )
     def test_what_is_malformed_is_counted(
-        self, watch: Outlook, kind: Kind, key: str, message: Message | bytes
+        self, watch: Outlook, kind: SampleKind, key: str, message: Message | bytes
     ) -> None:
         """Keys and messages of every kind, and messages that do not say what their keys do."""
         assert watch.hear(kind, key, message) == []
         assert watch.malformed == 1
         assert watch.robots == {}
         assert watch.arenas == {}
-        assert watch.messages == {kind: 1}
+        assert watch.samples == {kind: 1}
         assert watch.bytes == len(message if isinstance(message, bytes) else encode(message))
 
     def test_one_malformed_event_does_not_spoil_an_answer(self, watch: Outlook) -> None:
         """The others are news."""
         data = [encode(told(1)), b"noise", encode(told(3)), encode(told(4, robot=PEER))]
-        news = watch.hear("past", COLONY.past(ME), Past(3, 1, data))
+        news = watch.hear("history", COLONY.history(ME), HistoryReply(3, 1, data))
         assert numbers(news) == [1, 3]
         assert watch.malformed == 2
 
@@ -427,10 +430,10 @@ class TestLies:
         watch.hear("scene", ARENA.scene, A_SCENE)
         watch.at_s = T + 100.0
         watch.go(3, ME)
-        watch.let_time_pass(T + presence.FORGET_S + 50.0)
+        watch.handle_timeouts(T + presence.FORGET_S + 50.0)
         assert set(watch.robots) == {ME, PEER}
         assert watch.arenas == {}
-        watch.let_time_pass(T + presence.FORGET_S + 101.0)
+        watch.handle_timeouts(T + presence.FORGET_S + 101.0)
         assert set(watch.robots) == {PEER}
         assert all(key.endswith(PEER.hex()) for key, _ in watch.asks(T + 1_000.0))
 
@@ -439,5 +442,5 @@ class TestLies:
         for number in range(1000):
             watch.come(3, session=str(number))
             watch.hear("alive", ARENA.alive(number, "a"))
-        assert len(watch.robots[ME].lives) == len(watch.arenas["lab"].sessions) == 100
+        assert len(watch.robots[ME].incarnations) == len(watch.arenas["lab"].sessions) == 100
         assert watch.ignored == 1800

@@ -5,25 +5,25 @@ import json
 import pytest
 
 from crcolony.body.settings import CyberRodent
-from crcolony.protocol.telemetry_messages import AboutArena, AboutRobot
+from crcolony.protocol.telemetry_messages import ArenaMetadata, RobotMetadata
 from crcolony.robot.settings import Heredity, Learning
-from crcolony.telemetry.peer_settings import Mind, SettingsOf
+from crcolony.telemetry.peer_settings import Mind, PeerSettings
 from tests.support.fake_telemetry import IDS, NATURE, SETTINGS
 
 
-def robot(text: str) -> AboutRobot:
-    return AboutRobot(IDS[0], 3, text, [])
+def robot(text: str) -> RobotMetadata:
+    return RobotMetadata(IDS[0], 3, text, [])
 
 
-def arena(text: str) -> AboutArena:
-    return AboutArena("lab", 7, text)
+def arena(text: str) -> ArenaMetadata:
+    return ArenaMetadata("lab", 7, text)
 
 
 def test_a_robot_says_how_its_genes_are_read() -> None:
     """And much that nobody here needs."""
     told = json.loads(SETTINGS) | {"life": {"agents": 20}}
     told["body"]["camera_range_m"] = 0.75
-    assert SettingsOf().of_robot(robot(json.dumps(told))) == Mind(
+    assert PeerSettings().of_robot(robot(json.dumps(told))) == Mind(
         CyberRodent(camera_range_m=0.75), Learning(), Heredity()
     )
 
@@ -31,8 +31,10 @@ def test_a_robot_says_how_its_genes_are_read() -> None:
 def test_an_arena_says_what_its_bodies_are_like() -> None:
     """Whether or not it says anything else."""
     told = {"body": {"camera_half_angle_rad": 0.5}}
-    assert SettingsOf().of_arena(arena(NATURE)) == CyberRodent()
-    assert SettingsOf().of_arena(arena(json.dumps(told))) == CyberRodent(camera_half_angle_rad=0.5)
+    assert PeerSettings().of_arena(arena(NATURE)) == CyberRodent()
+    assert PeerSettings().of_arena(arena(json.dumps(told))) == CyberRodent(
+        camera_half_angle_rad=0.5
+    )
 
 
 @pytest.mark.parametrize(
@@ -42,7 +44,7 @@ def test_an_arena_says_what_its_bodies_are_like() -> None:
 )  # fmt: skip
 def test_from_nonsense_comes_nothing(text: str) -> None:
     """No JSON, groups that are missing, numbers out of range, and settings of another program."""
-    settings = SettingsOf()
+    settings = PeerSettings()
     assert settings.of_robot(robot(text)) is None
     assert settings.of_robot(robot(text)) is None
     assert settings.of_arena(arena(text.replace('"body":{}', '"body":1'))) is None
@@ -50,21 +52,21 @@ def test_from_nonsense_comes_nothing(text: str) -> None:
 
 def test_who_has_said_nothing_has_no_settings() -> None:
     """A robot or an arena that was not asked yet."""
-    assert SettingsOf().of_robot(None) is None
-    assert SettingsOf().of_arena(None) is None
+    assert PeerSettings().of_robot(None) is None
+    assert PeerSettings().of_arena(None) is None
 
 
 def test_settings_are_read_once() -> None:
     """Of all who say the same; one text is read for a robot in one way and for an arena in another."""
-    settings = SettingsOf()
+    settings = PeerSettings()
     first = settings.of_robot(robot(SETTINGS))
     assert settings.of_arena(arena(SETTINGS)) == CyberRodent()
-    assert settings.of_robot(AboutRobot(IDS[1], 4, SETTINGS, [])) is first
+    assert settings.of_robot(RobotMetadata(IDS[1], 4, SETTINGS, [])) is first
 
 
 def test_endless_nonsense_takes_no_endless_memory() -> None:
     """What was read long ago is read again."""
-    settings = SettingsOf()
+    settings = PeerSettings()
     first = settings.of_robot(robot(SETTINGS))
     for number in range(1_100):
         settings.of_robot(robot(str(number)))

@@ -3,18 +3,25 @@
 import threading
 
 from crcolony.transport.inbox import Inbox
-from crcolony.transport.interface import Arrival, Asked, Mail, Observed, RobotGone, RobotSeen
+from crcolony.transport.interface import (
+    EnvelopeReceived,
+    InboundEvent,
+    ObservationReceived,
+    QueryReceived,
+    RobotOffline,
+    RobotOnline,
+)
 
 ROBOT = bytes(16)
-SEEN, GONE = RobotSeen(ROBOT, 1, "s"), RobotGone(ROBOT, 1, "s")
-OBSERVED = Observed(ROBOT, b"observation")
+SEEN, GONE = RobotOnline(ROBOT, 1, "s"), RobotOffline(ROBOT, 1, "s")
+OBSERVED = ObservationReceived(ROBOT, b"observation")
 
 
-def mail(number: int, size: int = 8) -> Mail:
-    return Mail(ROBOT, number.to_bytes(size, "big"))
+def mail(number: int, size: int = 8) -> EnvelopeReceived:
+    return EnvelopeReceived(ROBOT, number.to_bytes(size, "big"))
 
 
-def all_in(inbox: Inbox) -> list[Arrival]:
+def all_in(inbox: Inbox) -> list[InboundEvent]:
     """Return all that waits, in the order in which it is looked at."""
     waiting = []
     while (arrival := inbox.get(0.0)) is not None:
@@ -33,7 +40,7 @@ def test_an_observation_is_looked_at_before_letters_that_came_earlier() -> None:
 def test_letters_and_presence_keep_their_order() -> None:
     """What a robot said before it left is looked at before its leaving."""
     inbox = Inbox()
-    arrivals: list[Arrival] = [SEEN, mail(1), GONE, mail(2)]
+    arrivals: list[InboundEvent] = [SEEN, mail(1), GONE, mail(2)]
     for arrival in arrivals:
         inbox.deliver(arrival)
     assert all_in(inbox) == arrivals
@@ -44,7 +51,7 @@ def test_letters_beyond_the_limit_are_dropped_and_counted_but_presence_never() -
     inbox = Inbox()
     for number in range(3000):
         inbox.deliver(mail(number))
-    inbox.deliver(Asked("past", ROBOT, b"?", lambda _: None))
+    inbox.deliver(QueryReceived("history", ROBOT, b"?", lambda _: None))
     inbox.deliver(GONE)
     waiting = all_in(inbox)
     assert waiting == [*map(mail, range(2048)), GONE]
@@ -74,9 +81,9 @@ def test_whoever_waits_is_woken_by_every_kind_of_arrival() -> None:
     """By an observation, a letter, a robot that comes, and by `wake`, which brings nothing."""
     for delivered in (OBSERVED, mail(1), SEEN, None):
         inbox = Inbox()
-        got: list[Arrival | None] = []
+        got: list[InboundEvent | None] = []
 
-        def wait(inbox: Inbox = inbox, got: list[Arrival | None] = got) -> None:
+        def wait(inbox: Inbox = inbox, got: list[InboundEvent | None] = got) -> None:
             got.append(inbox.get(30.0))
 
         waiting = threading.Thread(target=wait)
@@ -92,7 +99,7 @@ def test_whoever_waits_is_woken_by_every_kind_of_arrival() -> None:
 def test_no_letter_is_missed_whatever_the_order_of_threads() -> None:
     """Four threads deliver 2,000 letters each, in small parts, to one that never waits longer than it must."""
     inbox = Inbox()
-    got: list[Arrival] = []
+    got: list[InboundEvent] = []
     taken = threading.Semaphore(0)
 
     def deliver() -> None:

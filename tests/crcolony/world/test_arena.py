@@ -12,7 +12,7 @@ from crcolony.body.settings import CyberRodent, Noise
 from crcolony.world.arena import Arena
 from crcolony.world.arena_size import check_fit, pack_count, size_m
 from crcolony.world.encounter_detection import report_encounters
-from crcolony.world.settings import Arena as ArenaSettings
+from crcolony.world.settings import ArenaSettings
 from tests.support.small_arenas import new_arena, put
 
 EVERYTHING = {

@@ -9,7 +9,7 @@ from crcolony.body import contract
 from crcolony.body.settings import Noise
 from crcolony.compiled import FloatArray
 from crcolony.world.arena import Arena
-from crcolony.world.tick import one_period
+from crcolony.world.tick import step_world
 from tests.support.small_arenas import new_arena, put
 
 
@@ -133,7 +133,7 @@ def test_one_period_is_commands_then_advance_then_observe() -> None:
             one.act(int(robot), actions[robot])
         one.advance()
         expected = one.observe()
-        one_period(other.world, actions, np.array(fresh))
+        step_world(other.world, actions, np.array(fresh))
         assert np.array_equal(other.world.observations[-1], expected)
         assert np.array_equal(other.world.poses, one.world.poses)
     assert other.world.wheels[:, 0].tolist() == [0.1, 0.2, 0.3]

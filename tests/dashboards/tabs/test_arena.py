@@ -10,9 +10,9 @@ from crcolony_dashboards.view_model.colony_view import MATING_S, MEETING_S
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from crcolony.protocol.telemetry_messages import STALE_S
+from crcolony.protocol.telemetry_messages import SILENT_AFTER_S
 from tests.support.drawn import RecordingStage, Show
-from tests.support.fake_telemetry import NATURE, Hearsay, mated, met
+from tests.support.fake_telemetry import NATURE, FakeTelemetry, mated, met
 
 ROBOTS = [f"{ROOT}/{what}" for what in ("energy", "robots", "headings", "founders")]
 
@@ -42,7 +42,7 @@ class TestFit:
         """The longer side from edge to edge, the shorter as much less, and the middle in the middle."""
         corners = np.array([(x_m, y_m), (x_m + width_m, y_m + height_m)])
         stage = RecordingStage()
-        stage.draw(ROOT, fit(corners))
+        stage.log(ROOT, fit(corners))
         # Rerun keeps a matrix column by column
         matrix = np.array(stage.shown(ROOT, "mat3x3")[0]).reshape(3, 3).T
         shift = np.array(stage.shown(ROOT, "translation")[0])
@@ -65,7 +65,7 @@ class TestFieldRim:
         self, x: float, y: float, width_m: float, height_m: float, angle: float, range_m: float
     ) -> None:
         """As somebody finds who walks along it in small steps until there is a wall, or the range is at its end."""
-        heard = Hearsay()
+        heard = FakeTelemetry()
         heard.scene(width_m=width_m, height_m=height_m)
         heard.pass_s(0.0)
         half_m = 0.5 * np.array([width_m, height_m])
@@ -82,7 +82,7 @@ class TestFieldRim:
 
     def test_along_an_axis_it_ends_there_too(self) -> None:
         """Where the other coordinate never comes to a wall; and a robot beside the arena sees nothing."""
-        heard = Hearsay()
+        heard = FakeTelemetry()
         heard.scene(width_m=2.0, height_m=4.0)
         heard.pass_s(0.0)
         (scene,) = heard.spectator.scenes()
@@ -298,7 +298,7 @@ class TestNow:
     def test_silence_is_seen(self, show: Show) -> None:
         """Robots of an arena that says nothing any more are grey, though they speak."""
         show.draw(0.1)
-        for _ in range(int(STALE_S) + 1):
+        for _ in range(int(SILENT_AFTER_S) + 1):
             show.heard.state(0, 1)
             show.draw(1.0)
         assert show.stage.colours(f"{ROOT}/energy") == [palette.STALE] * 2

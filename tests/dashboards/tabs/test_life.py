@@ -98,7 +98,7 @@ class TestRates:
         for second in range(10):
             show.heard.state(0, 1, matings=second, captures=2 * second)
             show.heard.pass_s(0.5)
-            show.spectator.count(show.heard.at_s)
+            show.spectator.update_rates(show.heard.at_s)
             drawn += show.draw(0.5).times("/life/rates/matings_blue")
         assert drawn == pytest.approx(9, abs=2)
         assert show.stage.scalars("/life/rates/matings_blue") == [[pytest.approx(60.0)]]
@@ -110,7 +110,7 @@ class TestRates:
         for _ in range(2):
             show.heard.join(0)
             show.heard.join(1, colony="red")
-            show.spectator.count(show.heard.at_s)
+            show.spectator.update_rates(show.heard.at_s)
             show.heard.pass_s(10.0)
         stage = show.draw(0.5)
         assert stage.shown("/life/rates/matings_red", "names") == ["red: matings"]

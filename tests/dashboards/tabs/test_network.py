@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from crcolony_dashboards.tabs.network import ITSELF, SEES, SEES_NOT, UNKNOWN, NetworkTab
 
-from crcolony.protocol.telemetry_messages import STALE_S, Fault
+from crcolony.protocol.telemetry_messages import SILENT_AFTER_S, Fault
 from tests.support.drawn import RecordingStage, Show
 
 
@@ -133,7 +133,7 @@ class TestLines:
         show.heard.come(1, life=4)
         show.heard.go(0)
         assert show.draw(1.0).scalars("/network/presence") == [[1.0, 0.0, 1.0]]
-        assert show.draw(STALE_S).scalars("/network/presence") == [[1.0, 1.0, 1.0]]
+        assert show.draw(SILENT_AFTER_S).scalars("/network/presence") == [[1.0, 1.0, 1.0]]
 
     def test_lines_are_named_from_the_beginning(self, show: Show) -> None:
         """As many names as there are lines."""
@@ -172,7 +172,7 @@ class TestTable:
         assert rows[0] == "| #0 | alive | 0.25 | 2 | 4 | 3 | 1 | 0 | 1.5 s | 0 |"
         assert rows[1].startswith("| #1 | gone | ")
         assert rows[2].endswith(" | silent | | | | | | | | |")
-        show.heard.at_s += STALE_S
+        show.heard.at_s += SILENT_AFTER_S
         assert self.rows(show)[2].startswith("| #0 | silent | ")
 
     def test_orphans_are_named_among_the_doubts(self, show: Show) -> None:

@@ -8,18 +8,18 @@ from crcolony_dashboards.tabs.robot_markers import GAP_M, Looks, LooksOf, crowd_
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crcolony.protocol.telemetry_messages import STALE_S
-from tests.support.fake_telemetry import IDS, Hearsay, agent, born
+from crcolony.protocol.telemetry_messages import SILENT_AFTER_S
+from tests.support.fake_telemetry import IDS, FakeTelemetry, agent, born
 
 Rgb = list[tuple[int, ...]]
 
 
 @pytest.fixture
-def heard() -> Hearsay:
-    return Hearsay()
+def heard() -> FakeTelemetry:
+    return FakeTelemetry()
 
 
-def looks(heard: Hearsay, of: LooksOf | None = None) -> Looks:
+def looks(heard: FakeTelemetry, of: LooksOf | None = None) -> Looks:
     crowd = crowd_of(heard.spectator.scenes())
     return (of or LooksOf()).of(heard.spectator, crowd, heard.at_s)
 
@@ -34,7 +34,7 @@ class TestPlaces:
     @given(st.lists(st.floats(0.1, 100.0), min_size=1, max_size=6))
     def test_arenas_stand_side_by_side(self, widths_m: list[float]) -> None:
         """From left to right, with a gap between; the first, as if it were alone, around 0."""
-        heard = Hearsay()
+        heard = FakeTelemetry()
         for number, width_m in enumerate(widths_m):
             heard.scene(arena=f"a{number}", width_m=width_m)
         heard.pass_s(0.0)
@@ -44,7 +44,7 @@ class TestPlaces:
         rights_m = np.array(middles_m) + 0.5 * np.array(widths_m)
         assert lefts_m[1:] - rights_m[:-1] == pytest.approx(GAP_M)
 
-    def test_robots_are_where_their_arena_is(self, heard: Hearsay) -> None:
+    def test_robots_are_where_their_arena_is(self, heard: FakeTelemetry) -> None:
         """In the order of arenas, and of robots in them."""
         heard.scene((2, 0.5, -0.5, 1.0), (0, 0.0, 0.25, 2.0), arena="a")
         heard.scene((1, -1.0, 0.5, 3.0), arena="b", width_m=4.0)
@@ -55,7 +55,7 @@ class TestPlaces:
         assert crowd.points.tolist() == [[0.5, -0.5], [0.0, 0.25], [shift_m - 1.0, 0.5]]
         assert crowd.headings.tolist() == [1.0, 2.0, 3.0]
 
-    def test_robots_are_drawn_larger_in_a_large_arena(self, heard: Hearsay) -> None:
+    def test_robots_are_drawn_larger_in_a_large_arena(self, heard: FakeTelemetry) -> None:
         """So that they can be seen; in a small one as large as they are."""
         heard.scene()
         heard.pass_s(0.0)
@@ -74,7 +74,7 @@ class TestLooks:
     """How everybody looks."""
 
     def test_rings_tell_energy_faces_the_module_and_founders_the_family(
-        self, heard: Hearsay
+        self, heard: FakeTelemetry
     ) -> None:
         """Each in the order of the crowd, whatever the order in which they were heard."""
         heard.join(0, energy=0.0, module=0, agent=agent(0, 1))
@@ -89,7 +89,7 @@ class TestLooks:
         assert rgb(seen.founders) == [palette.founder_colour(1), palette.founder_colour(0)]
         assert seen.stale == [False, False]
 
-    def test_an_agent_without_a_known_birth_has_a_dim_founder(self, heard: Hearsay) -> None:
+    def test_an_agent_without_a_known_birth_has_a_dim_founder(self, heard: FakeTelemetry) -> None:
         """Until its birth is heard of; another agent has a founder of its own."""
         heard.join(0, agent=agent(0, 1))
         heard.scene((0, 0.0, 0.0))
@@ -102,11 +102,11 @@ class TestLooks:
             heard.pass_s(0.6)
             assert rgb(looks(heard, of).founders) == [palette.founder_colour(number - 1)]
 
-    def test_who_is_silent_gone_or_unknown_is_grey(self, heard: Hearsay) -> None:
+    def test_who_is_silent_gone_or_unknown_is_grey(self, heard: FakeTelemetry) -> None:
         """In all three colours; the others are not."""
         heard.join(0, 1, 2)
         heard.go(1)
-        heard.at_s += STALE_S + 0.1
+        heard.at_s += SILENT_AFTER_S + 0.1
         heard.state(1, 2)
         heard.scene((0, 0.0, 0.0), (1, 0.5, 0.0), (2, 0.0, 0.5), (3, 0.5, 0.5))
         heard.pass_s(0.1)
@@ -117,18 +117,18 @@ class TestLooks:
             assert [seen_grey[robot] for robot in (0, 1, 3)] == [True] * 3
         assert rgb(seen.rings)[2] != palette.STALE
 
-    def test_in_a_silent_arena_all_are_grey(self, heard: Hearsay) -> None:
+    def test_in_a_silent_arena_all_are_grey(self, heard: FakeTelemetry) -> None:
         """Nobody knows where they are; in another one they are not."""
         heard.join(0, 1)
         heard.scene((0, 0.0, 0.0), arena="a")
-        heard.at_s += STALE_S + 0.1
+        heard.at_s += SILENT_AFTER_S + 0.1
         heard.scene((1, 0.0, 0.0), arena="b")
         heard.state(0, 1)
         heard.pass_s(0.1)
         assert looks(heard).stale == [True, False]
 
     def test_colours_are_looked_up_again_after_a_moment(
-        self, heard: Hearsay, monkeypatch: pytest.MonkeyPatch
+        self, heard: FakeTelemetry, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         """Or at once when somebody else is there."""
         monkeypatch.setattr(crowd_module, "_LOOKS_S", 1.0)

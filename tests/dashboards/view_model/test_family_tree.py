@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 from crcolony_dashboards.view_model import family_tree as family_module
-from crcolony_dashboards.view_model.family_tree import Family
+from crcolony_dashboards.view_model.family_tree import FamilyTree
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -22,14 +22,14 @@ GENES = 12
 A, B, C = "a/0", "a/1", "b/0"
 
 
-def family(*births: Born, robot: int = 0) -> Family:
-    made = Family()
+def family(*births: Born, robot: int = 0) -> FamilyTree:
+    made = FamilyTree()
     for birth in births:
-        made.born(IDS[robot], birth)
+        made.add_birth(IDS[robot], birth)
     return made
 
 
-def origins(made: Family, name: str) -> list[str]:
+def origins(made: FamilyTree, name: str) -> list[str]:
     """Return the founder of every gene of an agent, by name."""
     member = made[name]
     assert member is not None
@@ -106,11 +106,11 @@ def test_every_gene_goes_back_to_the_founder_it_came_from(
     seed: int, robots: int, agents: int, generations: int, crossover: str
 ) -> None:
     """Through all crossovers and mutations, as an oracle knows that follows each of them; and so do the shares."""
-    colony, made = Followed(seed, robots, agents, crossover), Family()
+    colony, made = Followed(seed, robots, agents, crossover), FamilyTree()
     for _ in range(generations):
         colony.turn_over()
     for robot, birth in colony.births:
-        made.born(robot, birth)
+        made.add_birth(robot, birth)
     for name, of in colony.origins.items():
         assert origins(made, name) == of
         member = made[name]
@@ -170,14 +170,14 @@ class TestShares:
     def test_the_newest_generation_of_every_robot_lives(self) -> None:
         """Not its parents; and one that is told late changes nothing."""
         made = family(born(A), born(B), born("a/5", 1, mother=B))
-        made.born(IDS[1], born(C))
-        made.born(IDS[0], born("a/2"))
+        made.add_birth(IDS[1], born(C))
+        made.add_birth(IDS[0], born("a/2"))
         assert made.shares(IDS) == {1: 0.5, 2: 0.5}
 
     def test_who_is_not_there_does_not_count(self) -> None:
         """Until it is there again."""
         made = family(born(A))
-        made.born(IDS[1], born(C))
+        made.add_birth(IDS[1], born(C))
         assert made.shares([IDS[1]]) == {1: 1.0}
         assert made.shares([]) == {}
         assert made.shares(IDS) == {0: 0.5, 1: 0.5}
@@ -188,11 +188,11 @@ class TestPlaces:
 
     def test_every_agent_has_a_place_of_its_own(self) -> None:
         """In its robot and generation, even if it is told of late."""
-        made = Family()
+        made = FamilyTree()
         births = [born(agent(r, k), k // 3) for r in range(2) for k in range(9)]
         random.Random(1).shuffle(births)
         for birth in births:
-            made.born(bytes.fromhex(birth.agent[:32]), birth)
+            made.add_birth(bytes.fromhex(birth.agent[:32]), birth)
         members = [made[birth.agent] for birth in births]
         places = Counter((m.robot, m.generation, m.place) for m in members if m)
         assert set(places) == {(IDS[r], g, k) for r in range(2) for g in range(3) for k in range(3)}
@@ -213,11 +213,11 @@ def ancestors(colony: Followed, names: Iterable[str]) -> set[str]:
 @given(st.integers(0, 2**32), st.integers(1, 80))
 def test_the_last_births_are_shown_with_their_ancestors(seed: int, most: int) -> None:
     """At most so many; at least half are the last, the others only ancestors, and the oldest come first."""
-    colony, made = Followed(seed, 3, 4, "uniform"), Family()
+    colony, made = Followed(seed, 3, 4, "uniform"), FamilyTree()
     for _ in range(4):
         colony.turn_over()
     for robot, birth in colony.births:
-        made.born(robot, birth)
+        made.add_birth(robot, birth)
     shown = made.last_births(most)
     names = [member.agent for member in shown]
     newest = [birth.agent for _, birth in colony.births][-max(1, most // 2) :]
@@ -234,11 +234,11 @@ class TestLimits:
     def test_the_oldest_births_are_forgotten(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """In whatever robots and generations they were told; what is left adds up to 1."""
         monkeypatch.setattr(family_module, "_MOST_BIRTHS", 50)
-        rng, made = random.Random(1), Family()
+        rng, made = random.Random(1), FamilyTree()
         for number in range(2_000):
             robot = IDS[rng.randrange(len(IDS))]
             parents = {"mother": f"x/{rng.randrange(number + 1)}"} if number % 3 else {}
-            made.born(robot, born(f"x/{number}", rng.randrange(4), [float(number)], **parents))
+            made.add_birth(robot, born(f"x/{number}", rng.randrange(4), [float(number)], **parents))
             assert len(made) <= 50
             if number % 50 == 0:
                 assert sum(made.shares(IDS).values()) == pytest.approx(1.0)

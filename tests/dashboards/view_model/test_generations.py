@@ -31,9 +31,9 @@ def present(*generations: int) -> dict[RobotId, int]:
 def turn_over(made: Generations, robot: int, number: int, agents: int = 2) -> None:
     """Let a robot tell of a whole generation, and bear the next."""
     for k in range(agents):
-        made.lived(lived(agent(robot, 100 * number + k), number), T, T)
+        made.add_lifetime(lived(agent(robot, 100 * number + k), number), T, T)
     for k in range(agents):
-        made.born(IDS[robot], born(agent(robot, 100 * (number + 1) + k), number + 1))
+        made.add_birth(IDS[robot], born(agent(robot, 100 * (number + 1) + k), number + 1))
 
 
 def numbers(ended: list[Generation]) -> list[int]:
@@ -71,12 +71,12 @@ def test_mean_and_spread_are_those_of_all_agents(
     rng.shuffle(events)
     for event in events:
         if isinstance(event, Lived):
-            made.lived(event, T + event.tick, T + 1_000.0)
+            made.add_lifetime(event, T + event.tick, T + 1_000.0)
         elif isinstance(event, Born):
-            made.born(IDS[ME], event)
+            made.add_birth(IDS[ME], event)
         else:
-            made.exchanged(event)
-    generation = only(made.over({}, T + 1_000.0 + PATIENCE_S))
+            made.add_mating(event)
+    generation = only(made.take_ended({}, T + 1_000.0 + PATIENCE_S))
     for place, name in enumerate(("matings", "captures", "energy", "conceptions")):
         values = np.array([float(life[place]) for life in lives])
         low, high = np.quantile(values, [0.1, 0.9])
@@ -96,11 +96,11 @@ def test_conceptions_are_counted_for_who_conceived() -> None:
     """Of the two who mate each tells its own; a side that did not conceive counts nothing."""
     made = Generations()
     for k, (mine, theirs) in enumerate([(True, True), (True, False), (False, False)]):
-        made.exchanged(mated(ME, PEER, k, agent=agent(ME, 7), conceived=mine))
-        made.exchanged(mated(ME, PEER, k, agent=agent(PEER, 7), conceived=theirs))
-    made.lived(lived(agent(ME, 7)), T, T)
-    made.lived(lived(agent(PEER, 7)), T, T)
-    told = only(made.over({}, T + PATIENCE_S)).conceptions
+        made.add_mating(mated(ME, PEER, k, agent=agent(ME, 7), conceived=mine))
+        made.add_mating(mated(ME, PEER, k, agent=agent(PEER, 7), conceived=theirs))
+    made.add_lifetime(lived(agent(ME, 7)), T, T)
+    made.add_lifetime(lived(agent(PEER, 7)), T, T)
+    told = only(made.take_ended({}, T + PATIENCE_S)).conceptions
     assert (told.mean, told.low, told.high) == pytest.approx((1.5, 1.1, 1.9))
 
 
@@ -109,8 +109,8 @@ def test_the_best_mates_most_and_of_equals_captures_most() -> None:
     made = Generations()
     for k, (matings, captures, energy) in enumerate([(2, 9, 0.1), (3, 1, 0.9), (3, 2, 0.1)]):
         life = lived(agent(ME, k), matings=matings, captures=captures, energy=energy)
-        made.lived(life, T, T)
-    generation = only(made.over({}, T + PATIENCE_S))
+        made.add_lifetime(life, T, T)
+    generation = only(made.take_ended({}, T + PATIENCE_S))
     assert (generation.best, generation.best_genes) == (agent(ME, 2), None)
     assert generation.genotypes.shape == (0, 0)
 
@@ -134,11 +134,11 @@ class TestEnd:
         """Not before the last robot has turned over; then at once, and once."""
         made = Generations()
         turn_over(made, ME, 0)
-        assert made.over(present(1, 0), T + 0.1) == []
+        assert made.take_ended(present(1, 0), T + 0.1) == []
         turn_over(made, PEER, 0)
-        generation = only(made.over(present(1, 1), T + 0.2))
+        generation = only(made.take_ended(present(1, 1), T + 0.2))
         assert (generation.number, generation.agents) == (0, 4)
-        assert made.over(present(1, 1), T + 1_000.0) == []
+        assert made.take_ended(present(1, 1), T + 1_000.0) == []
 
     @pytest.mark.parametrize(
         ("generations", "is_over"), [((1, 1, 0, 0), True), ((1, 0, 0, 0), False), ((), True)]
@@ -150,18 +150,18 @@ class TestEnd:
         made = Generations()
         turn_over(made, ME, 0)
         turn_over(made, PEER, 0)
-        assert made.over(present(*generations), T + PATIENCE_S - 0.1) == []
-        assert numbers(made.over(present(*generations), T + PATIENCE_S)) == [0] * is_over
+        assert made.take_ended(present(*generations), T + PATIENCE_S - 0.1) == []
+        assert numbers(made.take_ended(present(*generations), T + PATIENCE_S)) == [0] * is_over
 
     def test_who_tells_late_does_not_begin_it_anew(self) -> None:
         """Nor any generation before it."""
         made = Generations()
         turn_over(made, ME, 0)
         turn_over(made, ME, 1)
-        assert numbers(made.over(present(2), T)) == [0, 1]
+        assert numbers(made.take_ended(present(2), T)) == [0, 1]
         turn_over(made, LATE, 0)
         turn_over(made, LATE, 1)
-        assert made.over(present(2), T + 1_000.0) == []
+        assert made.take_ended(present(2), T + 1_000.0) == []
         assert made.last == 1
 
     def test_generations_end_in_order(self) -> None:
@@ -169,8 +169,8 @@ class TestEnd:
         made = Generations()
         turn_over(made, ME, 3)
         turn_over(made, ME, 4)
-        made.lived(lived(agent(LATE, 1), 3), T, T + 9.0)
-        ended = made.over(present(5, 3), T + PATIENCE_S)
+        made.add_lifetime(lived(agent(LATE, 1), 3), T, T + 9.0)
+        ended = made.take_ended(present(5, 3), T + PATIENCE_S)
         assert numbers(ended) == [3, 4]
         assert [generation.agents for generation in ended] == [3, 2]
 
@@ -180,7 +180,7 @@ class TestEnd:
         for robot in range(4):
             for number in range(3):
                 turn_over(made, robot, number)
-                told += made.over(present(3, 3, 3, 3), T + robot)
+                told += made.take_ended(present(3, 3, 3, 3), T + robot)
         assert numbers(told) == [0, 1, 2]
         assert [generation.agents for generation in told] == [8, 8, 8]
 
@@ -188,15 +188,15 @@ class TestEnd:
         """It has nothing to tell of it."""
         made = Generations()
         turn_over(made, ME, 3)
-        made.born(IDS[LATE], born(agent(LATE, 0), 4))
-        assert made.over(present(4, 4), T + 1.0) == []
-        assert numbers(made.over(present(4, 4), T + PATIENCE_S)) == [3]
+        made.add_birth(IDS[LATE], born(agent(LATE, 0), 4))
+        assert made.take_ended(present(4, 4), T + 1.0) == []
+        assert numbers(made.take_ended(present(4, 4), T + PATIENCE_S)) == [3]
 
     def test_a_generation_that_lives_is_not_over(self) -> None:
         """However long nothing is heard of it."""
         made = Generations()
-        made.lived(lived(agent(ME, 1), 3), T, T)
-        assert made.over(present(3, 3), T + 1e6) == []
+        made.add_lifetime(lived(agent(ME, 1), 3), T, T)
+        assert made.take_ended(present(3, 3), T + 1e6) == []
 
 
 class TestLimits:
@@ -206,9 +206,9 @@ class TestLimits:
         """From the first to the last agents, evenly."""
         made = Generations()
         for k in range(1_000):
-            made.born(IDS[ME], born(agent(ME, k), 0, [float(k)]))
-            made.lived(lived(agent(ME, k)), T, T)
-        generation = only(made.over({}, T + PATIENCE_S))
+            made.add_birth(IDS[ME], born(agent(ME, k), 0, [float(k)]))
+            made.add_lifetime(lived(agent(ME, k)), T, T)
+        generation = only(made.take_ended({}, T + PATIENCE_S))
         genes = generation.genotypes[:, 0]
         assert generation.agents == 1_000
         assert 300 < len(genes) <= 400
@@ -218,9 +218,9 @@ class TestLimits:
         """The oldest of too many is forgotten, and what was conceived in it."""
         made = Generations()
         for number in range(40):
-            made.exchanged(mated(ME, PEER, agent=agent(ME, number), conceived=True))
-            made.lived(lived(agent(ME, number), number), T, T)
-        ended = made.over({}, T + PATIENCE_S)
+            made.add_mating(mated(ME, PEER, agent=agent(ME, number), conceived=True))
+            made.add_lifetime(lived(agent(ME, number), number), T, T)
+        ended = made.take_ended({}, T + PATIENCE_S)
         assert numbers(ended) == list(range(24, 40))
         assert len(made._conceptions) == 0
 
@@ -231,21 +231,21 @@ class TestLimits:
         monkeypatch.setattr(generations_module, "_MOST_AGENTS", 10)
         made = Generations()
         for k in range(30):
-            made.born(IDS[ME], born(agent(ME, k), 0, [float(k)]))
-            made.exchanged(mated(ME, PEER, k, agent=agent(ME, k), conceived=True))
-            made.lived(lived(agent(ME, k)), T, T)
+            made.add_birth(IDS[ME], born(agent(ME, k), 0, [float(k)]))
+            made.add_mating(mated(ME, PEER, k, agent=agent(ME, k), conceived=True))
+            made.add_lifetime(lived(agent(ME, k)), T, T)
         assert made.genes_of(agent(ME, 19)) is None
         genes = made.genes_of(agent(ME, 20))
         assert genes is not None
         assert genes.tolist() == [20.0]
-        generation = only(made.over({}, T + PATIENCE_S))
+        generation = only(made.take_ended({}, T + PATIENCE_S))
         assert (generation.agents, generation.conceptions.mean) == (10, 0.0)
 
     def test_genes_of_another_kind_are_not_mixed(self) -> None:
         """The cloud is of agents with as many genes as the first."""
         made = Generations()
         for k, genes in enumerate(([1.0, 2.0], [3.0], [4.0, 5.0])):
-            made.born(IDS[ME], born(agent(ME, k), 0, genes))
-            made.lived(lived(agent(ME, k)), T, T)
-        generation = only(made.over({}, T + PATIENCE_S))
+            made.add_birth(IDS[ME], born(agent(ME, k), 0, genes))
+            made.add_lifetime(lived(agent(ME, k)), T, T)
+        generation = only(made.take_ended({}, T + PATIENCE_S))
         assert generation.genotypes.tolist() == [[1.0, 2.0], [4.0, 5.0]]

@@ -8,15 +8,15 @@ from crcolony_dashboards.view_model.log_lines import Line, in_words, number_of, 
 from crcolony.evolution.history import Died, TurnedOver
 from crcolony.protocol.encounters import Outcome
 from crcolony.protocol.mating_messages import Encounter
-from crcolony.protocol.telemetry_messages import Ended, Fault, RobotEvent, Told
+from crcolony.protocol.telemetry_messages import EncounterOutcome, EventMessage, Fault, RobotEvent
 from crcolony.telemetry.status_changes import (
-    Appeared,
-    ArenaAppeared,
-    ArenaVanished,
-    Happened,
-    News,
-    Restarted,
-    Vanished,
+    ArenaJoined,
+    ArenaLeft,
+    EventReceived,
+    RobotJoined,
+    RobotLeft,
+    RobotRestarted,
+    StatusChange,
 )
 from tests.support.fake_telemetry import IDS, agent, born, lived, mated, met
 
@@ -26,20 +26,20 @@ def call(robot: bytes) -> str:
 
 
 def said(event: RobotEvent, robot: int = 0) -> Line | None:
-    return in_words(Happened(Told(IDS[robot], 3, 1, 7, event)), call)
+    return in_words(EventReceived(EventMessage(IDS[robot], 3, 1, 7, event)), call)
 
 
 @pytest.mark.parametrize(
     ("news", "line"),
     [
-        (Appeared(IDS[1]), Line("presence", "#1 is here")),
-        (Vanished(IDS[1]), Line("presence", "#1 is gone", "WARN")),
-        (Restarted(IDS[1], 4), Line("presence", "#1 has begun anew: life 4", "WARN")),
-        (ArenaAppeared("lab"), Line("presence", "arena lab is here")),
-        (ArenaVanished("lab"), Line("presence", "arena lab is gone", "WARN")),
+        (RobotJoined(IDS[1]), Line("presence", "#1 is here")),
+        (RobotLeft(IDS[1]), Line("presence", "#1 is gone", "WARN")),
+        (RobotRestarted(IDS[1], 4), Line("presence", "#1 has begun anew: life 4", "WARN")),
+        (ArenaJoined("lab"), Line("presence", "arena lab is here")),
+        (ArenaLeft("lab"), Line("presence", "arena lab is gone", "WARN")),
     ],
 )
-def test_who_comes_and_goes_is_said(news: News, line: Line) -> None:
+def test_who_comes_and_goes_is_said(news: StatusChange, line: Line) -> None:
     """Robots by how they are called, arenas by name; who goes is a warning."""
     assert in_words(news, call) == line
 
@@ -68,7 +68,7 @@ def test_what_became_of_a_mating_is_said_unless_it_took_place() -> None:
     lines = {}
     for outcome in get_args(Outcome):
         encounter = Encounter(IDS[0], IDS[1], 3, 1)
-        lines[outcome] = said(Ended(9, outcome, IDS[1], encounter, "busy"))
+        lines[outcome] = said(EncounterOutcome(9, outcome, IDS[1], encounter, "busy"))
     assert lines["mated"] is None
     assert lines["busy"] is None
     told = {outcome: line for outcome, line in lines.items() if line is not None}
@@ -82,7 +82,7 @@ def test_what_became_of_a_mating_is_said_unless_it_took_place() -> None:
 
 def test_a_reason_that_nobody_gave_is_not_said() -> None:
     """Nothing stands in brackets then."""
-    line = said(Ended(9, "refused", IDS[1], None, ""))
+    line = said(EncounterOutcome(9, "refused", IDS[1], None, ""))
     assert line == Line("encounter", "#0: the mating with #1 was refused")
 
 

@@ -10,7 +10,7 @@ from crcolony_dashboards.view_model.plausibility import is_sound_event, is_sound
 
 from crcolony.evolution.history import Born, Lived
 from crcolony.protocol.codec import WireError, encode
-from crcolony.protocol.telemetry_messages import Scene, SeenPack, SeenRobot, decode_scene
+from crcolony.protocol.telemetry_messages import Scene, ScenePack, SceneRobot, decode_scene
 from tests.support.fake_telemetry import IDS, agent, born, lived
 from tests.vectors.make import TELEMETRY
 
@@ -23,12 +23,12 @@ def scene(**changes: Any) -> Scene:
     return msgspec.structs.replace(sound, **changes)
 
 
-def robot(x_m: float = 0.0, y_m: float = 0.0, heading_rad: float = 0.0) -> SeenRobot:
-    return SeenRobot(IDS[0], "blue", x_m, y_m, heading_rad, False, 0.0, 0.0, 0.0, False)
+def robot(x_m: float = 0.0, y_m: float = 0.0, heading_rad: float = 0.0) -> SceneRobot:
+    return SceneRobot(IDS[0], "blue", x_m, y_m, heading_rad, False, 0.0, 0.0, 0.0, False)
 
 
-def pack(x_m: float, y_m: float) -> SeenPack:
-    return SeenPack(x_m, y_m, 0.0, 1.0, 0.0, 0.4)
+def pack(x_m: float, y_m: float) -> ScenePack:
+    return ScenePack(x_m, y_m, 0.0, 1.0, 0.0, 0.4)
 
 
 def test_what_an_arena_tells_is_sound() -> None:

@@ -4,26 +4,26 @@ import pytest
 from crcolony_dashboards.view_model.status_text import hours_of, now_in_words
 
 from crcolony.protocol.key_expressions import ArenaKeys
-from tests.support.fake_telemetry import Hearsay
+from tests.support.fake_telemetry import FakeTelemetry
 
 
 @pytest.fixture
-def heard() -> Hearsay:
-    return Hearsay()
+def heard() -> FakeTelemetry:
+    return FakeTelemetry()
 
 
-def words(heard: Hearsay) -> str:
+def words(heard: FakeTelemetry) -> str:
     return "\n".join(now_in_words(heard.spectator))
 
 
-def test_nobody_is_looked_for(heard: Hearsay) -> None:
+def test_nobody_is_looked_for(heard: FakeTelemetry) -> None:
     """As long as nothing at all was heard."""
     assert "Looking for a colony" in words(heard)
     heard.join(0)
     assert "Looking" not in words(heard)
 
 
-def test_who_is_alive_and_who_is_gone_is_counted(heard: Hearsay) -> None:
+def test_who_is_alive_and_who_is_gone_is_counted(heard: FakeTelemetry) -> None:
     """A robot that has just come is not gone, even before anybody has looked."""
     heard.join(0)
     assert words(heard).startswith("### 1 robot alive\n")
@@ -35,7 +35,7 @@ def test_who_is_alive_and_who_is_gone_is_counted(heard: Hearsay) -> None:
     assert words(heard).startswith("### 2 robots alive, 1 gone\n")
 
 
-def test_an_arena_tells_its_time_and_how_many_bodies_it_has(heard: Hearsay) -> None:
+def test_an_arena_tells_its_time_and_how_many_bodies_it_has(heard: FakeTelemetry) -> None:
     """Until it is gone; one of which nothing was seen that could be shown says nothing."""
     heard.hear("alive", ArenaKeys("lab").alive(7, "a"))
     heard.hear("alive", ArenaKeys("liar").alive(7, "a"))
@@ -48,7 +48,7 @@ def test_an_arena_tells_its_time_and_how_many_bodies_it_has(heard: Hearsay) -> N
     assert "- arena **lab** is gone" in words(heard)
 
 
-def test_a_colony_is_summed_up(heard: Hearsay) -> None:
+def test_a_colony_is_summed_up(heard: FakeTelemetry) -> None:
     """Each mating once, though two robots count it; generations from the first to the last."""
     heard.join(0, generation=4, energy=0.5, matings=3000, conceptions=1200, captures=5)
     heard.join(1, generation=6, energy=0.3, matings=1000, conceptions=34, captures=6)
@@ -61,7 +61,7 @@ def test_a_colony_is_summed_up(heard: Hearsay) -> None:
     assert "**red**: generation 1\n" in words(heard)
 
 
-def test_matings_in_doubt_are_said_where_there_are_any(heard: Hearsay) -> None:
+def test_matings_in_doubt_are_said_where_there_are_any(heard: FakeTelemetry) -> None:
     """And nothing of them where there are none."""
     heard.join(0, doubts=0, orphaned=0)
     heard.join(1, colony="green", doubts=3, orphaned=0)
@@ -73,15 +73,15 @@ def test_matings_in_doubt_are_said_where_there_are_any(heard: Hearsay) -> None:
     assert "- 0 matings in doubt, 1 orphaned" in red
 
 
-def test_rates_are_said_once_they_are_known(heard: Hearsay) -> None:
+def test_rates_are_said_once_they_are_known(heard: FakeTelemetry) -> None:
     """Of a robot in a minute."""
     heard.join(0, 1, matings=0, captures=0)
-    heard.spectator.count(heard.at_s)
+    heard.spectator.update_rates(heard.at_s)
     assert "minute" not in words(heard)
     heard.pass_s(30.0)
     heard.state(0, 1, matings=2, captures=3)
     heard.pass_s(0.5)
-    heard.spectator.count(heard.at_s)
+    heard.spectator.update_rates(heard.at_s)
     assert "- in a robot's minute 3.93 matings, 5.90 batteries" in words(heard)
 
 

@@ -15,11 +15,11 @@ from matplotlib.image import imread
 
 from crcolony.cli import main
 from crcolony.config import Config
-from crcolony.in_process.run import begin, evolve
+from crcolony.in_process.run import run_until_done, start_run
 from crcolony.results.generation_table import read_table
 from crcolony.results.plots import draw_plots
 from crcolony.results.plots.bands import band_of
-from crcolony.results.plots.conditions import Arm, PlotsError, read_arms
+from crcolony.results.plots.conditions import Condition, PlotError, read_conditions
 from crcolony.results.plots.figures import (
     draw_figures,
     draw_generations,
@@ -36,8 +36,8 @@ T_OF_3, T_OF_4 = 4.30265, 3.18245
 
 
 def run(folder: Path, config: Config) -> Path:
-    results, colony = begin(folder, config)
-    evolve(results, colony, lambda: False, lambda _: None)
+    results, colony = start_run(folder, config)
+    run_until_done(results, colony, lambda: False, lambda _: None)
     results.close()
     return folder
 
@@ -50,7 +50,7 @@ def table(*values: float, first: int = 0) -> dict[str, np.ndarray]:
 
 @pytest.fixture(scope="module")
 def comparison(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Three seeds of two arms, laid out as `evolve --seeds 3 --compare` does."""
+    """Three seeds of two arms, laid out as `run_until_done --seeds 3 --compare` does."""
     out = tmp_path_factory.mktemp("comparison")
     for seed in (1, 2, 3):
         run(out / "implicit" / f"seed-{seed}", small(f"seed={seed}"))
@@ -72,17 +72,17 @@ def cut(folder: Path, generations: int) -> None:
 
 
 def drawn(
-    folders: Sequence[Path], draw: Callable[[Sequence[Arm]], Figure] = draw_generations
+    folders: Sequence[Path], draw: Callable[[Sequence[Condition]], Figure] = draw_generations
 ) -> Figure:
     with style():
-        return draw(read_arms(folders))
+        return draw(read_conditions(folders))
 
 
 @pytest.fixture(scope="module")
 def figures(comparison: Path) -> dict[str, Figure]:
     """Those of the comparison."""
     with style():
-        return draw_figures(read_arms([comparison]))
+        return draw_figures(read_conditions([comparison]))
 
 
 def heights(axes: Axes) -> list[float]:
@@ -309,34 +309,37 @@ class TestManyRuns:
         run(copy / "implicit" / "seed-4", small("seed=4"))
         cut(copy / "implicit" / "seed-4", 1)
         cut(copy / "central" / "seed-2", 2)
-        implicit, central = read_arms([copy])
-        assert implicit.in_words() == "implicit (3 to 4 runs): generations 0 to 2"
-        assert central.in_words() == (
+        implicit, central = read_conditions([copy])
+        assert implicit.describe() == "implicit (3 to 4 runs): generations 0 to 2"
+        assert central.describe() == (
             "central (3 runs): generations 0 to 1; fewer than 3 runs go on to 2"
         )
 
     def test_a_run_of_a_comparison_that_has_just_begun_does_not_count(self, copy: Path) -> None:
         """While the others can be drawn already."""
         (copy / "central" / "seed-3" / "generations.csv").unlink()
-        assert [arm.label for arm in read_arms([copy])] == ["implicit (3 runs)", "central (2 runs)"]
+        assert [arm.label for arm in read_conditions([copy])] == [
+            "implicit (3 runs)",
+            "central (2 runs)",
+        ]
 
 
 class TestArms:
     """Which runs belong together, and what they are called."""
 
     @staticmethod
-    def named(arms: Sequence[Arm]) -> dict[str, list[str]]:
+    def named(arms: Sequence[Condition]) -> dict[str, list[str]]:
         return {arm.name: [one.folder.name for one in arm.runs] for arm in arms}
 
     def test_runs_that_differ_only_in_seed_are_one_arm(self, comparison: Path) -> None:
         """It needs no name."""
         folders = [comparison / "implicit" / f"seed-{seed}" for seed in (2, 1)]
-        assert self.named(read_arms(folders)) == {"": ["seed-2", "seed-1"]}
+        assert self.named(read_conditions(folders)) == {"": ["seed-2", "seed-1"]}
 
     def test_other_arms_are_named_by_what_differs(self, comparison: Path) -> None:
         """In the order in which they are given."""
         folders = [comparison / arm / "seed-1" for arm in ("central", "implicit")]
-        assert self.named(read_arms(folders)) == {
+        assert self.named(read_conditions(folders)) == {
             "selection = central": ["seed-1"],
             "selection = implicit": ["seed-1"],
         }
@@ -347,7 +350,7 @@ class TestArms:
         """And the one that has the defaults is what the others are compared with."""
         arms = [comparison / arm / "seed-1" for arm in ("implicit", "central")]
         larger = run(tmp_path / "larger", small("robots=5", "selection=central"))
-        assert [arm.name for arm in read_arms([*arms, larger])] == [
+        assert [arm.name for arm in read_conditions([*arms, larger])] == [
             "baseline",
             "selection = central",
             "robots = 5, selection = central",
@@ -359,27 +362,27 @@ class TestArms:
             run(tmp_path / "1", small("seed=1")),
             run(tmp_path / "2", small("seed=2", "generations=2")),
         ]
-        (arm,) = read_arms(folders)
-        assert arm.in_words() == "2 runs: generations 0 to 1; fewer than 2 runs go on to 2"
+        (arm,) = read_conditions(folders)
+        assert arm.describe() == "2 runs: generations 0 to 1; fewer than 2 runs go on to 2"
 
     def test_arms_that_differ_in_much_are_named_by_their_folders(self, tmp_path: Path) -> None:
         """A legend has no room for it."""
         other = small("robots=3", "learning.shaping=false", "life.slices=1", "arena.packs=5")
         folders = [run(tmp_path / "one", small()), run(tmp_path / "other", other)]
-        assert [arm.name for arm in read_arms(folders)] == [str(folder) for folder in folders]
+        assert [arm.name for arm in read_conditions(folders)] == [str(folder) for folder in folders]
 
     def test_comparisons_of_other_settings_are_not_mixed_up(self, copy: Path) -> None:
         """Where two arms have a folder of the same name, settings tell them apart."""
         run(copy / "more" / "implicit" / "seed-1", small("robots=3"))
-        names = {arm.name for arm in read_arms([copy, copy / "more"])}
+        names = {arm.name for arm in read_conditions([copy, copy / "more"])}
         assert names == {"baseline", "selection = central", "robots = 3"}
 
     def test_no_run_counts_twice(self, comparison: Path, copy: Path) -> None:
         """Given twice, or as a copy: the band would look surer than it is."""
         folder = comparison / "implicit" / "seed-1"
         for same in (folder, copy / "implicit" / "seed-1"):
-            with pytest.raises(PlotsError, match=f"{same}: the same run as {folder}"):
-                read_arms([folder, same])
+            with pytest.raises(PlotError, match=f"{same}: the same run as {folder}"):
+                read_conditions([folder, same])
 
 
 class TestFiles:
@@ -391,7 +394,7 @@ class TestFiles:
             for draw in (draw_matings, draw_potentials):
                 for kind in ("pdf", "svg", "png"):
                     one, other = (
-                        write(draw(read_arms([comparison])), tmp_path / f"{name}.{kind}")
+                        write(draw(read_conditions([comparison])), tmp_path / f"{name}.{kind}")
                         for name in ("one", "other")
                     )
                     assert one.read_bytes() == other.read_bytes()
@@ -454,19 +457,19 @@ class TestRefusals:
             ("file", "there is no such folder"),
             ("empty", "neither a run"),
         ):
-            with pytest.raises(PlotsError, match=f"{tmp_path / name}: {why}"):
+            with pytest.raises(PlotError, match=f"{tmp_path / name}: {why}"):
                 draw_plots(tmp_path / name)
 
     def test_nothing_to_draw_yet(self, copy: Path) -> None:
         """No generation of a run has ended, or of any run of a comparison."""
         for table_ in copy.glob("*/*/generations.csv"):
             table_.unlink()
-        with pytest.raises(PlotsError, match=f"{copy}: no generation has ended"):
-            read_arms([copy])
+        with pytest.raises(PlotError, match=f"{copy}: no generation has ended"):
+            read_conditions([copy])
         folder = copy / "implicit" / "seed-1"
         (folder / "generations.csv").touch()
-        with pytest.raises(PlotsError, match=r"seed-1/generations\.csv: no generation has ended"):
-            read_arms([folder])
+        with pytest.raises(PlotError, match=r"seed-1/generations\.csv: no generation has ended"):
+            read_conditions([folder])
 
     def test_damaged_tables(self, copy: Path) -> None:
         """No numbers, a column that is missing, a last row of which a part is missing, generations out of order."""
@@ -483,8 +486,8 @@ class TestRefusals:
             (header + first.replace(first.split(",")[2], "nan", 1), "a number is not finite"),
         ):
             path.write_text(text)
-            with pytest.raises(PlotsError, match=rf"seed-1/generations\.csv: corrupt: {why}"):
-                read_arms([copy])
+            with pytest.raises(PlotError, match=rf"seed-1/generations\.csv: corrupt: {why}"):
+                read_conditions([copy])
 
     def test_damaged_configs_and_histories(self, copy: Path) -> None:
         """No database, agents without genes, settings that are none."""
@@ -492,27 +495,27 @@ class TestRefusals:
         history = folder / "history.sqlite"
         with sqlite3.connect(history) as database:
             database.execute("UPDATE births SET genes = x'00'")
-        with pytest.raises(PlotsError, match=rf"{history}: "):
+        with pytest.raises(PlotError, match=rf"{history}: "):
             draw_plots(folder)
         history.write_bytes(b"nothing" * 1000)
-        with pytest.raises(PlotsError, match=rf"{history}: .*not a database"):
+        with pytest.raises(PlotError, match=rf"{history}: .*not a database"):
             draw_plots(folder)
         history.unlink()
-        with pytest.raises(PlotsError, match=rf"{history}: "):
+        with pytest.raises(PlotError, match=rf"{history}: "):
             draw_plots(folder)
         (folder / "config.toml").write_text("robotts = 3")
-        with pytest.raises(PlotsError, match=r"config\.toml: robotts: there is no such setting"):
+        with pytest.raises(PlotError, match=r"config\.toml: robotts: there is no such setting"):
             draw_plots(folder)
 
     def test_more_arms_than_a_figure_can_tell_apart(self, comparison: Path) -> None:
         """Seven."""
-        (arm, *_) = read_arms([comparison])
-        with pytest.raises(PlotsError, match="7 settings: a figure can tell 6 apart"):
+        (arm, *_) = read_conditions([comparison])
+        with pytest.raises(PlotError, match="7 settings: a figure can tell 6 apart"):
             draw_figures(7 * [arm])
 
     def test_output_that_cannot_be_written(self, copy: Path) -> None:
         """A file is in the way; nothing is left half-written."""
         folder = copy / "implicit" / "seed-1"
         (folder / "plots").touch()
-        with pytest.raises(PlotsError, match=r"plots/generations\.png: cannot be written"):
+        with pytest.raises(PlotError, match=r"plots/generations\.png: cannot be written"):
             draw_plots(folder)

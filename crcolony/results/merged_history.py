@@ -11,10 +11,10 @@ from pathlib import Path
 import msgspec
 
 from crcolony.evolution.history import Born, Died, Event, HistoryHash, Lived, Mated, TurnedOver
-from crcolony.protocol.encounters import Record
+from crcolony.protocol.encounters import EncounterRecord
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.mating_messages import Encounter
-from crcolony.storage.reading import Memory, read_memory
+from crcolony.storage.reading import StoredRobot, read_stored_robot
 from crcolony.storage.rows import Decision
 
 _ORDER: dict[type, int] = {Died: 0, Mated: 1, TurnedOver: 2, Lived: 2, Born: 3}
@@ -22,22 +22,22 @@ _ORDER: dict[type, int] = {Died: 0, Mated: 1, TurnedOver: 2, Lived: 2, Born: 3}
 
 
 @dataclass(frozen=True)
-class OneSided:
+class OneSidedMating:
     """A mating of which only one robot's memory is here, or that only one of them has (yet)."""
 
     robot: RobotId
-    record: Record
+    record: EncounterRecord
     decision: Decision
 
 
 @dataclass(frozen=True)
-class Chronicle:
+class MergedHistory:
     """What a colony's memories say together."""
 
     robots: tuple[RobotId, ...]
     """In the order of their numbers"""
     events: tuple[Event, ...]
-    one_sided: tuple[OneSided, ...]
+    one_sided: tuple[OneSidedMating, ...]
 
     @property
     def hash(self) -> HistoryHash:
@@ -48,12 +48,12 @@ class Chronicle:
         return chain
 
 
-def read_chronicle(paths: Sequence[Path]) -> Chronicle:
-    """Read memories and put them together; raises StoreError."""
-    return chronicle_of([read_memory(path) for path in paths])
+def merge_robot_files(paths: Sequence[Path]) -> MergedHistory:
+    """Read memories and put them together; raises StorageError."""
+    return merge_robots([read_stored_robot(path) for path in paths])
 
 
-def chronicle_of(memories: Sequence[Memory]) -> Chronicle:
+def merge_robots(memories: Sequence[StoredRobot]) -> MergedHistory:
     """Put memories together."""
     memories = sorted(memories, key=lambda memory: (_number_of(memory), memory.robot))
     numbers = {memory.robot.hex(): number for number, memory in enumerate(memories)}
@@ -65,14 +65,14 @@ def chronicle_of(memories: Sequence[Memory]) -> Chronicle:
     matings, one_sided = _pair(memories, numbers)
     events += [(mated.tick, _ORDER[Mated], mated.robot, mated) for mated in matings]
     events.sort(key=lambda entry: entry[:3])
-    return Chronicle(
+    return MergedHistory(
         tuple(memory.robot for memory in memories),
         tuple(entry[3] for entry in events),
         tuple(one_sided),
     )
 
 
-def _number_of(memory: Memory) -> int:
+def _number_of(memory: StoredRobot) -> int:
     return min((event.robot for event in memory.events if not isinstance(event, Mated)), default=0)
 
 
@@ -93,10 +93,10 @@ def agent_by_number(name: str, numbers: Mapping[str, int]) -> str:
 
 
 def _pair(
-    memories: Sequence[Memory], numbers: Mapping[str, int]
-) -> tuple[list[Mated], list[OneSided]]:
+    memories: Sequence[StoredRobot], numbers: Mapping[str, int]
+) -> tuple[list[Mated], list[OneSidedMating]]:
     """Return the matings that both sides have, as the embedded colony tells them, and those that one has alone."""
-    sides: dict[Encounter, dict[RobotId, tuple[Record, Decision]]] = {}
+    sides: dict[Encounter, dict[RobotId, tuple[EncounterRecord, Decision]]] = {}
     for memory in memories:
         for record, decision in memory.matings:
             if decision is not None:
@@ -105,7 +105,7 @@ def _pair(
     for both in sides.values():
         first, *others = sorted(both, key=lambda robot: numbers[robot.hex()])
         if not others:
-            one_sided.append(OneSided(first, *both[first]))
+            one_sided.append(OneSidedMating(first, *both[first]))
             continue
         (record, decision), (_, other) = both[first], both[others[0]]
         assert record.partner is not None, "what is decided has a partner"

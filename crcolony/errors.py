@@ -12,7 +12,7 @@ EXIT_INTERRUPTED, EXIT_UNREAD = 130, 141
 """What a process ends with; 1 is a bug, with a traceback"""
 
 
-class CrcolonyError(Exception):  # noqa: N818
+class CrcolonyError(Exception):
     """The message names what is wrong, where, and why."""
 
 

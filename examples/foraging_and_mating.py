@@ -46,8 +46,8 @@ figure, axes = plt.subplot_mosaic(
 arena, now = axes["arena"], packs["tick"] == ticks[-1]
 arena.plot(packs["x_m"][now], packs["y_m"][now], "s", color="0.75")
 for k, robot in enumerate(robots):
-    hunger, told, went = axes[robot], of(robot, states), of(robot, poses)
-    hunger.plot((states["tick"][told] - first) * period_s, states["energy"][told], f"C{k}")
+    hunger, message, went = axes[robot], of(robot, states), of(robot, poses)
+    hunger.plot((states["tick"][message] - first) * period_s, states["energy"][message], f"C{k}")
     arena.plot(poses["x_m"][went], poses["y_m"][went], f"C{k}", linewidth=0.8, alpha=0.6)
     for mating in np.flatnonzero(of(robot, matings)):
         tick, face = matings["tick"][mating], f"C{k}" if matings["conceived"][mating] else "white"

@@ -20,7 +20,7 @@ def _export(options: argparse.Namespace) -> int:
     from crcolony.recordings.export import export
 
     folder = options.folder if options.folder.is_dir() else options.folder.parent
-    for path in export(options.folder, options.out or folder / "parquet", say=_warn):
+    for path in export(options.folder, options.out or folder / "parquet", print_line=_warn):
         print(path)
     return EXIT_OK
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from crcolony.errors import CrcolonyError
 
-MOST_MINUTES = 366 * 24 * 60
+MAX_MINUTES = 366 * 24 * 60
 
 
 class UsageError(CrcolonyError):
@@ -39,7 +39,7 @@ def settings_of(options: argparse.Namespace) -> list[str]:
 
 def check_minutes(minutes: float | None) -> None:
     """Raise UsageError for a time that is none."""
-    if minutes is not None and not 0.0 < minutes < MOST_MINUTES:
+    if minutes is not None and not 0.0 < minutes < MAX_MINUTES:
         raise UsageError(f"--minutes {minutes:g}: must be above 0 and at most a year")
 
 

@@ -42,9 +42,9 @@ def _plot(options: argparse.Namespace) -> int:
     from crcolony.results.plots import draw_conditions
     from crcolony.results.plots.conditions import read_conditions
 
-    arms = read_conditions(options.folders)
-    for arm in arms:
-        print(arm.describe())
-    for path in draw_conditions(arms, options.out or options.folders[0] / "plots", formats):
+    conditions = read_conditions(options.folders)
+    for condition in conditions:
+        print(condition.describe())
+    for path in draw_conditions(conditions, options.out or options.folders[0] / "plots", formats):
         print(path)
     return EXIT_OK

@@ -5,7 +5,7 @@ import argparse
 from crcolony.commands.options import UsageError, say_if_compiling
 from crcolony.errors import EXIT_OK, EXIT_VIOLATED
 
-_MOST_ROBOTS = 50
+_MAX_ROBOTS = 50
 
 
 def add_simulate(parser: argparse.ArgumentParser) -> None:
@@ -24,8 +24,8 @@ def _simulate(options: argparse.Namespace) -> int:
 
     if options.seeds < 1 or options.seed < 0:
         raise UsageError("--seeds must be at least 1, and --seed at least 0")
-    if not 2 <= options.robots <= _MOST_ROBOTS:
-        raise UsageError(f"--robots {options.robots}: from 2 to {_MOST_ROBOTS}")
+    if not 2 <= options.robots <= _MAX_ROBOTS:
+        raise UsageError(f"--robots {options.robots}: from 2 to {_MAX_ROBOTS}")
     say_if_compiling()
     totals: Counter[str] = Counter()
     violated = []

@@ -23,13 +23,13 @@ from crcolony.storage.files import FolderError
 
 def arms_of(config: Config, compare: bool) -> dict[str, Config]:
     """Return the configs to run, by name."""
-    arms: dict[str, Config] = {config.selection: config}
+    conditions: dict[str, Config] = {config.selection: config}
     if compare:
         replace = msgspec.structs.replace
-        arms["central"] = replace(config, selection="central")
+        conditions["central"] = replace(config, selection="central")
         unshaped = replace(config.learning, shaping=False)
-        arms["without shaping"] = replace(config, learning=unshaped)
-    return arms
+        conditions["without shaping"] = replace(config, learning=unshaped)
+    return conditions
 
 
 def run_survival(config: Config, seeds: int, out: Path, compare: bool, goes_on: bool) -> int:
@@ -42,9 +42,9 @@ def run_survival(config: Config, seeds: int, out: Path, compare: bool, goes_on: 
     if not goes_on and out.exists() and any(out.iterdir()):
         raise FolderError(f"{out}: not empty; choose another --out or use --resume")
     jobs = [
-        (name, msgspec.structs.replace(arm, seed=config.seed + k))
+        (name, msgspec.structs.replace(condition, seed=config.seed + k))
         for k in range(seeds)
-        for name, arm in arms_of(config, compare).items()
+        for name, condition in arms_of(config, compare).items()
     ]
     outcomes: list[Outcome] = []
     stop = ShutdownSignal(None)
@@ -52,7 +52,7 @@ def run_survival(config: Config, seeds: int, out: Path, compare: bool, goes_on: 
         for outcome in _run_all(executor, jobs, out, stop):
             outcomes.append(outcome)
             print(
-                f"{len(outcomes)} of {len(jobs)}: {outcome.arm}, seed {outcome.seed}:"
+                f"{len(outcomes)} of {len(jobs)}: {outcome.condition}, seed {outcome.seed}:"
                 f" matings {outcome.matings_first:.2f} to {outcome.matings_end:.2f},"
                 f" history hash: {outcome.history_hash}",
                 flush=True,
@@ -60,7 +60,7 @@ def run_survival(config: Config, seeds: int, out: Path, compare: bool, goes_on: 
     if len(outcomes) < len(jobs):
         print(f"stopped; go on with the same command and --resume --out {out}")
         return 0
-    outcomes.sort(key=lambda outcome: (outcome.arm, outcome.seed))
+    outcomes.sort(key=lambda outcome: (outcome.condition, outcome.seed))
     _write(outcomes, out / "outcomes.csv")
     for line in report(outcomes):
         print(line)

@@ -11,26 +11,29 @@ def report(outcomes: list[Outcome]) -> list[str]:
     from scipy.stats import mannwhitneyu
 
     lines = []
-    arms = list(dict.fromkeys(outcome.arm for outcome in outcomes))
-    ends = {arm: _column(outcomes, arm, "matings_end") for arm in arms}
-    for arm in arms:
-        first = _column(outcomes, arm, "matings_first")
+    conditions = list(dict.fromkeys(outcome.condition for outcome in outcomes))
+    ends = {condition: _column(outcomes, condition, "matings_end") for condition in conditions}
+    for condition in conditions:
+        first = _column(outcomes, condition, "matings_first")
         lines += [
             "",
-            f"{arm}: {ends[arm].size} runs",
-            f"  matings per agent   {_interval(first)} at generation 0, {_interval(ends[arm])}"
-            f" at the end: {ends[arm].mean() / max(first.mean(), 1e-12):.1f} times",
-            f"  captured batteries  {_interval(_column(outcomes, arm, 'captures_first'))} to"
-            f" {_interval(_column(outcomes, arm, 'captures_end'))}",
-            f"  tau at the end      mating {_interval(_column(outcomes, arm, 'mating_tau_end'))},"
-            f" foraging {_interval(_column(outcomes, arm, 'foraging_tau_end'))}",
-            f"  matings and lambda  {_correlation(outcomes, arm)}",
+            f"{condition}: {ends[condition].size} runs",
+            f"  matings per agent   {_interval(first)} at generation 0, {_interval(ends[condition])}"
+            f" at the end: {ends[condition].mean() / max(first.mean(), 1e-12):.1f} times",
+            f"  captured batteries  {_interval(_column(outcomes, condition, 'captures_first'))} to"
+            f" {_interval(_column(outcomes, condition, 'captures_end'))}",
+            f"  tau at the end      mating {_interval(_column(outcomes, condition, 'mating_tau_end'))},"
+            f" foraging {_interval(_column(outcomes, condition, 'foraging_tau_end'))}",
+            f"  matings and lambda  {_correlation(outcomes, condition)}",
         ]
-    if "implicit" in arms:
+    if "implicit" in conditions:
         own = ends["implicit"]
-        for arm in (arm for arm in arms if arm != "implicit"):
-            p = mannwhitneyu(own, ends[arm]).pvalue
-            lines += ["", f"implicit / {arm}: {_ratio(own, ends[arm])} (Mann-Whitney p = {p:.2g})"]
+        for condition in (condition for condition in conditions if condition != "implicit"):
+            p = mannwhitneyu(own, ends[condition]).pvalue
+            lines += [
+                "",
+                f"implicit / {condition}: {_ratio(own, ends[condition])} (Mann-Whitney p = {p:.2g})",
+            ]
     return lines
 
 
@@ -42,8 +45,10 @@ def _ratio(one: FloatArray, other: FloatArray) -> str:
     return f"{one.mean() / max(other.mean(), 1e-12):.2f} ({low:.2f} to {high:.2f})"
 
 
-def _column(outcomes: list[Outcome], arm: str, name: str) -> FloatArray:
-    return np.array([getattr(outcome, name) for outcome in outcomes if outcome.arm == arm])
+def _column(outcomes: list[Outcome], condition: str, name: str) -> FloatArray:
+    return np.array(
+        [getattr(outcome, name) for outcome in outcomes if outcome.condition == condition]
+    )
 
 
 def _interval(values: FloatArray) -> str:
@@ -56,11 +61,11 @@ def _interval(values: FloatArray) -> str:
     return f"{values.mean():.2f} ± {half:.2f}"
 
 
-def _correlation(outcomes: list[Outcome], arm: str) -> str:
+def _correlation(outcomes: list[Outcome], condition: str) -> str:
     from scipy.stats import spearmanr
 
-    matings = _column(outcomes, arm, "matings_end")
+    matings = _column(outcomes, condition, "matings_end")
     if matings.size < 3:
         return "too few runs"
-    found = spearmanr(matings, _column(outcomes, arm, "mating_lambda_end"))
+    found = spearmanr(matings, _column(outcomes, condition, "mating_lambda_end"))
     return f"Spearman {found.statistic:.2f} (p = {found.pvalue:.2g})"

@@ -23,7 +23,7 @@ LAST = 10
 class Outcome:
     """One run in numbers: per agent, at generation 0 (`first`) and as the mean of the last generations (`end`)."""
 
-    arm: str
+    condition: str
     seed: int
     matings_first: float
     matings_end: float
@@ -35,7 +35,7 @@ class Outcome:
     history_hash: str
 
 
-def run_once(arm: str, config: Config, folder: Path) -> Outcome | None:
+def run_once(condition: str, config: Config, folder: Path) -> Outcome | None:
     """Run one colony to its end into a folder, or go on with it there; it can run in any process.
 
     Stops after Ctrl-C, or when the process that started it is gone, and returns None then; what it did is kept.
@@ -53,10 +53,10 @@ def run_once(arm: str, config: Config, folder: Path) -> Outcome | None:
         )
     finally:
         results.close()
-    return read_outcome(arm, folder) if is_over else None
+    return read_outcome(condition, folder) if is_over else None
 
 
-def read_outcome(arm: str, folder: Path) -> Outcome:
+def read_outcome(condition: str, folder: Path) -> Outcome:
     """Read a finished run's numbers from its folder; raises FolderError if that is not possible."""
     try:
         run = json.loads((folder / "run.json").read_text("utf-8"))
@@ -66,7 +66,7 @@ def read_outcome(arm: str, folder: Path) -> Outcome:
             return float(np.mean([float(row[name]) for row in rows[-LAST:]]))
 
         return Outcome(
-            arm=arm,
+            condition=condition,
             seed=run["seed"],
             matings_first=float(rows[0]["matings"]),
             matings_end=end("matings"),

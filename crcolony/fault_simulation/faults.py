@@ -104,13 +104,13 @@ class Forger:
     def __init__(self, rng: Random, schema: Schema, robots: Mapping[RobotId, Identity]) -> None:
         self._rng, self._schema, self._robots = rng, schema, robots
 
-    def forge(self, letter: bytes) -> bytes | None:
+    def forge(self, envelope: bytes) -> bytes | None:
         """Return a letter that nobody may believe."""
         if self._rng.random() < 0.3:
-            place = self._rng.randrange(len(letter))
-            changed = letter[place] ^ self._rng.randrange(1, 256)
-            return letter[:place] + bytes([changed]) + letter[place + 1 :]
-        _, message = open_envelope(letter)
+            place = self._rng.randrange(len(envelope))
+            changed = envelope[place] ^ self._rng.randrange(1, 256)
+            return envelope[:place] + bytes([changed]) + envelope[place + 1 :]
+        _, message = open_envelope(envelope)
         return sign_message(self._twisted(message), "elsewhere", self._robots[sender_of(message)])
 
     def _twisted(self, message: MatingMessage) -> MatingMessage:

@@ -29,7 +29,7 @@ from crcolony.protocol.mating_messages import (
 from crcolony.protocol.telemetry_messages import EncounterOutcome, decode_event, decode_state
 from crcolony.storage.rows import Decision
 
-_MOST_EARLY, _MOST_VIOLATIONS = 32, 20
+_MAX_EARLY, _MAX_VIOLATIONS = 32, 20
 _SAYABLE = {
     Accept: ("prepared",),
     Commit: ("decided",),
@@ -67,7 +67,7 @@ class InvariantChecker:
 
     def complain(self, text: str) -> None:
         """Note a broken promise."""
-        if len(self.violations) < _MOST_VIOLATIONS:
+        if len(self.violations) < _MAX_VIOLATIONS:
             self.violations.append(text)
 
     def demand(self, is_kept: bool, text: str) -> None:
@@ -148,7 +148,7 @@ class InvariantChecker:
 
     def inspect(self, node: RobotNode) -> None:
         """Look into a robot between two things it does."""
-        name, robot, exchanges = short(node.id), node.robot, node._exchanges
+        name, robot, mating_driver = short(node.id), node.robot, node._mating
         decisions = self.decisions.get(node.id, {}).values()
         conceptions = sum(decision.conceived for decision in decisions)
         self.demand(node.matings == len(decisions), f"{name}: counts {node.matings} matings")
@@ -168,7 +168,9 @@ class InvariantChecker:
         energies = node._batch.energies[robot.row]
         is_sound = bool((energies >= 0.0).all() and (energies <= 1.0).all())
         self.demand(is_sound, f"{name}: an energy is not within 0 to 1")
-        is_bounded = len(node.waiting) <= self._limits.open and len(exchanges._early) <= _MOST_EARLY
+        is_bounded = (
+            len(node.waiting) <= self._limits.open and len(mating_driver._early) <= _MAX_EARLY
+        )
         self.demand(is_bounded, f"{name}: {len(node.waiting)} encounters wait")
 
     def on_stopped(self, node: RobotNode) -> None:

@@ -116,18 +116,18 @@ class _Simulation:
                 f"heredity.mutation_probability={0.1 if self._mutates else 0.0}",
             ],
         )
-        limits = MatingLimits(orphan_s=3.0, longest_retry_s=1.0, open=rng.choice([2, 256]))
+        limits = MatingLimits(orphan_s=3.0, max_retry_s=1.0, open=rng.choice([2, 256]))
         identities = [seeded(COLONY, seed, number) for number in range(robots)]
         self._schedule = schedule = Schedule()
         forger = Forger(rng, _schema(config), {key.id: key for key in identities})
         self._network = SimulatedNetwork(schedule, rng, faults, forger.forge)
-        self._witness = InvariantChecker(robots, limits)
-        around = SharedContext(
-            config, limits, faults, folder, schedule, self._network, self._witness, rng
+        self._checker = InvariantChecker(robots, limits)
+        context = SharedContext(
+            config, limits, faults, folder, schedule, self._network, self._checker, rng
         )
-        self._robots = [SimulatedRobot(k, key, around) for k, key in enumerate(identities)]
+        self._robots = [SimulatedRobot(k, key, context) for k, key in enumerate(identities)]
         self._arena = SimulatedArena(config, schedule, self._network, rng)
-        self._nemesis = _FaultInjector(
+        self._injector = _FaultInjector(
             schedule, self._network, self._robots, self._arena, faults, rng
         )
 
@@ -137,17 +137,17 @@ class _Simulation:
         self._arena.start()
         for robot in self._robots:
             schedule.after(self._rng.uniform(0.0, 0.5), robot.start)
-        schedule.after(0.0, self._nemesis.act)
+        schedule.after(0.0, self._injector.act)
         try:
             schedule.run_until(faulty_s)
             self._make_peace()
             schedule.run_until(faulty_s + PEACEFUL_S)
             for robot in self._robots:
-                self._witness.demand(robot.is_living, f"{short(robot.id)}: does not live in peace")
+                self._checker.demand(robot.is_living, f"{short(robot.id)}: does not live in peace")
             self._arena.close()
             schedule.run_until(faulty_s + PEACEFUL_S + SETTLING_S)
         except TimeStandsStillError as error:
-            self._witness.complain(f"time stands still: {error}")
+            self._checker.complain(f"time stands still: {error}")
             self._make_peace()
         return self._report()
 
@@ -158,20 +158,20 @@ class _Simulation:
             robot.be_spared()
 
     def _report(self) -> Report:
-        witness = self._witness
-        chronicle = audit_colony(self._robots, witness, self._mutates)
-        matings = [event for event in chronicle.events if isinstance(event, Mated)]
+        checker = self._checker
+        merged = audit_colony(self._robots, checker, self._mutates)
+        matings = [event for event in merged.events if isinstance(event, Mated)]
         return Report(
             self._seed,
             len(self._robots),
             self._faults,
             len(matings),
-            len(chronicle.one_sided),
+            len(merged.one_sided),
             sum(mated.conceived + mated.partner_conceived for mated in matings),
-            witness.counts + self._network.counts + self._nemesis.counts,
-            str(chronicle.hash),
-            witness.hash,
-            witness.violations,
+            checker.counts + self._network.counts + self._injector.counts,
+            str(merged.hash),
+            checker.hash,
+            checker.violations,
         )
 
 

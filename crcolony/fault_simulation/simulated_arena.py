@@ -38,14 +38,14 @@ class SimulatedArena:
         """Begin a run of the arena, unless one is under way."""
         if self.node is not None or self._is_closed:
             return
-        world = self._rng.getrandbits(61)
-        self.node = node = ArenaNode(self._config, world, False, body_grace_s=_GRACE_S)
+        arena_run = self._rng.getrandbits(61)
+        self.node = node = ArenaNode(self._config, arena_run, False, body_grace_s=_GRACE_S)
         if self._checkpoint is not None and self._rng.random() < 0.7:
             node.restore(self._checkpoint)
             for robot in node.robots:
                 node.mark_offline(robot, self._schedule.now_s)
-        self._reception = ArenaServer(node)
-        self._network.add_process(ARENA, self, ArenaOnline(world), ArenaOffline(world))
+        self._server = ArenaServer(node)
+        self._network.add_process(ARENA, self, ArenaOnline(arena_run), ArenaOffline(arena_run))
         self._schedule.after(self._config.arena.control_period_s, lambda: self._tick(node))
 
     def crash(self, says_goodbye: bool = True) -> None:
@@ -70,10 +70,10 @@ class SimulatedArena:
             scene = encode(node.scene("arena", self.ticks, unix_ms=0))
             for robot in sorted(self._network.searching):
                 self._network.post((ARENA, robot), SceneReceived(scene))
-        self._reception.remove_absent(self._schedule.now_s)
+        self._server.remove_absent(self._schedule.now_s)
         if node.tick % _SAVE_TICKS == 0:
             self._checkpoint = node.save()
 
-    def deliver(self, arrival: InboundEvent) -> None:
+    def deliver(self, event: InboundEvent) -> None:
         """Take what has arrived."""
-        self._reception.handle_event(self._schedule.now_s, arrival)
+        self._server.handle_event(self._schedule.now_s, event)

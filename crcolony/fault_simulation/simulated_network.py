@@ -32,7 +32,7 @@ ARENA: Endpoint = b"arena"
 LEASE_S, SCAN_S = 1.5, 0.25
 _DELAY_S, _TAIL_S, _REPLAY_S = 0.02, 0.6, 15.0
 _JOIN_TIMEOUT_S = 1.0
-_MOST_AT_ONCE = 20_000
+_MAX_AT_ONCE = 20_000
 
 
 class TimeStandsStillError(Exception):
@@ -62,7 +62,7 @@ class Schedule:
         while self._due and self._due[0][0] <= end_s:
             at_s, _, do = heapq.heappop(self._due)
             at_once = at_once + 1 if at_s == self.now_s else 0
-            if at_once > _MOST_AT_ONCE:
+            if at_once > _MAX_AT_ONCE:
                 raise TimeStandsStillError(f"at {at_s:.3f} s")
             self.now_s = at_s
             do()
@@ -74,7 +74,7 @@ class Process(Protocol):
 
     is_paused: bool
 
-    def deliver(self, arrival: InboundEvent) -> None:
+    def deliver(self, event: InboundEvent) -> None:
         """Take what has arrived."""
         ...
 
@@ -170,25 +170,25 @@ class SimulatedNetwork:
 
     # What is sent ----------------------------------------------------------------------------------------------
 
-    def post(self, link: Link, arrival: InboundEvent, until_s: float = math.inf) -> None:
+    def post(self, link: Link, event: InboundEvent, until_s: float = math.inf) -> None:
         """Send something on its way, which nobody wants after a time; letters may be overtaken by forged ones."""
-        self._post(link, arrival, until_s)
+        self._post(link, event, until_s)
         if (
             not self.is_calm
-            and isinstance(arrival, EnvelopeReceived)
+            and isinstance(event, EnvelopeReceived)
             and self._draw(self._faults.forgery)
         ):
-            forged = self._forge(arrival.envelope)
+            forged = self._forge(event.envelope)
             if forged is not None:
                 self.counts["forgeries"] += 1
-                self._post(link, EnvelopeReceived(arrival.to, forged), until_s)
+                self._post(link, EnvelopeReceived(event.to, forged), until_s)
 
-    def _post(self, link: Link, arrival: InboundEvent, until_s: float) -> None:
-        arrive = partial(self._arrive, link, arrival, until_s)
+    def _post(self, link: Link, event: InboundEvent, until_s: float) -> None:
+        arrive = partial(self._arrive, link, event, until_s)
         if link in self.cut:
             self.counts["cut off"] += 1
         elif link in self._clogged:
-            self._clogged[link].append((arrival, until_s))
+            self._clogged[link].append((event, until_s))
         elif self.is_calm:
             self._schedule.after(self._exponential(_DELAY_S), arrive)
         else:
@@ -202,12 +202,12 @@ class SimulatedNetwork:
                 delay_s = self._rng.uniform(0.0, _REPLAY_S) if is_replay else self._delay_s()
                 self._schedule.after(delay_s, arrive)
 
-    def _arrive(self, link: Link, arrival: InboundEvent, until_s: float) -> None:
+    def _arrive(self, link: Link, event: InboundEvent, until_s: float) -> None:
         process = self._processes.get(link[1])
         if process is None or link in self.cut:
             self.counts["nobody there"] += 1
         elif self._schedule.now_s <= until_s:
-            process.deliver(arrival)
+            process.deliver(event)
 
     def _delay_s(self) -> float:
         is_slow = self._draw(self._faults.tail)
@@ -227,8 +227,8 @@ class SimulatedNetwork:
 
     def unclog(self, link: Link) -> None:
         """Let everything that was held back come at once."""
-        for arrival, until_s in self._clogged.pop(link, []):
-            self._post(link, arrival, until_s)
+        for event, until_s in self._clogged.pop(link, []):
+            self._post(link, event, until_s)
 
     def calm_down(self) -> None:
         """From now on nothing goes wrong any more, and what was sent arrives soon."""
@@ -251,11 +251,11 @@ class SimulatedTransport:
         self._network, self._robot = network, robot
         self._strike, self._overhear = strike, overhear
 
-    def send_envelope(self, to: RobotId, letter: bytes) -> None:
+    def send_envelope(self, to: RobotId, envelope: bytes) -> None:
         """Post a letter."""
         self._strike()
-        self._overhear(self._robot, "letter", letter)
-        self._network.post((self._robot, to), EnvelopeReceived(to, letter))
+        self._overhear(self._robot, "letter", envelope)
+        self._network.post((self._robot, to), EnvelopeReceived(to, envelope))
 
     def request_body(self, robot: RobotId, request: bytes) -> None:
         """Ask the arena for a body; an answer that comes after the question's time is not heard."""

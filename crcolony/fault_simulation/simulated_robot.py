@@ -47,34 +47,34 @@ class SharedContext:
     folder: Path
     schedule: Schedule
     network: SimulatedNetwork
-    witness: InvariantChecker
+    checker: InvariantChecker
     rng: Random
 
 
 class _WitnessedNode(RobotNode):
     """A robot that is seen to be told of a contact."""
 
-    witness: InvariantChecker
+    checker: InvariantChecker
 
     def handle_step_events(self, now_s: float, tick: int, contact: Contact | None) -> None:
         """See to what happened."""
         if contact is not None:
-            self.witness.on_contact(self.id, contact)
+            self.checker.on_contact(self.id, contact)
         super().handle_step_events(now_s, tick, contact)
 
 
 class SimulatedRobot:
     """A robot: one life after the other."""
 
-    def __init__(self, number: int, identity: Identity, around: SharedContext) -> None:
-        self.id, self.number, self.context = identity.id, number, around
+    def __init__(self, number: int, identity: Identity, context: SharedContext) -> None:
+        self.id, self.number, self.context = identity.id, number, context
         self.robot: EmbodiedRobot | None = None
         self.is_paused = False
         self.clock_error_s = 0.0
         self._identity = identity
-        self._memory: SimulatedStore | None = None
-        self._hazard = Hazard(around.rng, 0.0)
-        self.disk = Disk(around.rng, around.faults.broken_disks)
+        self._store: SimulatedStore | None = None
+        self._hazard = Hazard(context.rng, 0.0)
+        self.disk = Disk(context.rng, context.faults.broken_disks)
         self._inbox: deque[InboundEvent] = deque()
         self._alarm_s = math.inf
         self._starts = self._sessions = 0
@@ -83,84 +83,89 @@ class SimulatedRobot:
 
     def start(self) -> None:
         """Begin a life from the disk, unless one is under way."""
-        if self._memory is None:
+        if self._store is None:
             self._starts += 1
             self._guard(self._begin)
 
     def _begin(self) -> None:
-        around = self.context
-        is_calm = around.network.is_calm
-        self._hazard = Hazard(around.rng, 0.0 if is_calm else around.faults.crash_operations)
-        transport = SimulatedTransport(around.network, self.id, self._hazard.strike, self._overhear)
+        context = self.context
+        is_calm = context.network.is_calm
+        self._hazard = Hazard(context.rng, 0.0 if is_calm else context.faults.crash_operations)
+        transport = SimulatedTransport(
+            context.network, self.id, self._hazard.strike, self._overhear
+        )
         robot = EmbodiedRobot(
-            self.new_node(transport), transport, around.config, "arena", self.number, _SNAPSHOT_S,
+            self.new_node(transport), transport, context.config, "arena", self.number, _SNAPSHOT_S,
             self._reconnect_session, state_period_s=_STATE_PERIOD_S,
         )  # fmt: skip
-        robot.start(around.schedule.now_s)
-        around.witness.on_started(robot.node)
+        robot.start(context.schedule.now_s)
+        context.checker.on_started(robot.node)
         self._inbox.clear()
         self._alarm_s = math.inf
         self.robot = robot
         self._come_onto_network(robot.node.incarnation)
 
-    def _come_onto_network(self, life: int) -> None:
+    def _come_onto_network(self, incarnation: int) -> None:
         self._sessions += 1
         session = f"{self.number}.{self._sessions}"
         self.context.network.add_process(
-            self.id, self, RobotOnline(self.id, life, session), RobotOffline(self.id, life, session)
+            self.id,
+            self,
+            RobotOnline(self.id, incarnation, session),
+            RobotOffline(self.id, incarnation, session),
         )
 
     def _reconnect_session(self) -> None:
         assert self.robot is not None, "only who lives misses another"
-        self.context.witness.counts["came anew"] += 1
+        self.context.checker.counts["came anew"] += 1
         self.context.network.remove_process(self.id, says_goodbye=True)
         self._come_onto_network(self.robot.node.incarnation)
 
     def _overhear(self, robot: bytes, kind: str, data: bytes) -> None:
-        self.context.witness.on_published(robot, kind, data)
+        self.context.checker.on_published(robot, kind, data)
         if kind == "state" and self.robot is not None:
-            self.context.witness.inspect(self.robot.node)
+            self.context.checker.inspect(self.robot.node)
 
     def new_node(self, transport: Transport) -> RobotNode:
         """Return the robot as its memory has it, in a new life that has not begun."""
-        around, config = self.context, self.context.config
+        context, config = self.context, self.context.config
         streams = numbered_streams(config.seed, self.number, 1)
         batch, _, (robot,) = make_robots(config, [self.id.hex()], streams)
         schema = bytes.fromhex(robot.subpopulation.schema.digest)
-        self._memory = memory = SimulatedStore(
-            around.folder / str(self.number), self.id, schema, durable=False
+        self._store = store = SimulatedStore(
+            context.folder / str(self.number), self.id, schema, durable=False
         )
-        memory.attach(self.id, self.disk, self._hazard, around.witness)
-        life = memory.begin_incarnation(int(self.unix_s()))
+        store.attach(self.id, self.disk, self._hazard, context.checker)
+        incarnation = store.begin_incarnation(int(self.unix_s()))
         node = _WitnessedNode(
             self._identity,
             COLONY,
             self.number,
             robot,
             batch,
-            memory,
-            life,
+            store,
+            incarnation,
             transport,
-            limits=around.limits,
+            limits=context.limits,
             unix_s=self.unix_s,
         )
-        node.witness = around.witness
+        node.checker = context.checker
         return node
 
     def crash(self, says_goodbye: bool = True) -> None:
         """Die at once."""
-        if self._memory is None:
+        if self._store is None:
             return
-        around = self.context
-        around.network.remove_process(self.id, says_goodbye)
-        self._memory.drop()
+        context = self.context
+        context.network.remove_process(self.id, says_goodbye)
+        self._store.drop()
         if self.robot is not None:
-            around.witness.on_stopped(self.robot.node)
-        self.robot, self._memory, self.is_paused = None, None, False
-        if not around.network.is_calm:
-            is_long = around.rng.random() < 0.2
-            away_s = around.rng.uniform(3.0, 9.0) if is_long else around.rng.uniform(0.1, 2.0)
-            around.schedule.after(away_s, self.start)
+            context.checker.on_stopped(self.robot.node)
+        self.robot, self._store, self.is_paused = None, None, False
+        if not context.network.is_calm:
+            is_long = context.rng.random() < 0.2
+            away_s = context.rng.uniform(3.0, 9.0) if is_long else context.rng.uniform(0.1, 2.0)
+            context.schedule.after(away_s, self.start)
 
     def stop(self) -> None:
         """End as a process does that is asked to."""
@@ -179,8 +184,8 @@ class SimulatedRobot:
         self.is_paused = False
         self._alarm_s = math.inf
         while self._inbox and self.robot is not None:
-            arrival = self._inbox.popleft()
-            self._guard(partial(self._take, arrival))
+            event = self._inbox.popleft()
+            self._guard(partial(self._take, event))
         self._guard(self._keep_time)
 
     def be_spared(self) -> None:
@@ -207,40 +212,40 @@ class SimulatedRobot:
         try:
             do()
         except (CrashError, FatalStorageError):
-            self.context.witness.counts["crashes"] += 1
+            self.context.checker.counts["crashes"] += 1
             self.crash(self.context.rng.random() < 0.7)
         except StorageFullError:  # a life cannot begin
-            self.context.witness.counts["no room to begin"] += 1
+            self.context.checker.counts["no room to begin"] += 1
             self.crash()
         except Exception as error:
             frame = traceback.extract_tb(error.__traceback__)[-1]
             where = f"{Path(frame.filename).name}:{frame.lineno}"
-            self.context.witness.complain(f"{type(error).__name__} at {where}: {error}")
+            self.context.checker.complain(f"{type(error).__name__} at {where}: {error}")
             self.crash()
         else:
             self._set_alarm()
 
     # What arrives ----------------------------------------------------------------------------------------------
 
-    def deliver(self, arrival: InboundEvent) -> None:
+    def deliver(self, event: InboundEvent) -> None:
         """Take what has arrived, now or after the pause."""
         if not self.is_paused:
-            self._guard(partial(self._take, arrival))
+            self._guard(partial(self._take, event))
         elif len(self._inbox) < _INBOX:
-            self._inbox.append(arrival)
+            self._inbox.append(event)
 
-    def _take(self, arrival: InboundEvent) -> None:
+    def _take(self, event: InboundEvent) -> None:
         if self.robot is not None:
-            self.robot.handle_event(self.context.schedule.now_s, arrival)
+            self.robot.handle_event(self.context.schedule.now_s, event)
 
     # The clock -------------------------------------------------------------------------------------------------
 
     def _set_alarm(self) -> None:
         if self.robot is not None and self.robot.next_s < self._alarm_s:
             self._alarm_s, starts = self.robot.next_s, self._starts
-            self.context.schedule.at(self._alarm_s, lambda: self._ring(starts))
+            self.context.schedule.at(self._alarm_s, lambda: self._events(starts))
 
-    def _ring(self, starts: int) -> None:
+    def _events(self, starts: int) -> None:
         if starts == self._starts and not self.is_paused:
             self._alarm_s = math.inf
             self._guard(self._keep_time)

@@ -47,9 +47,9 @@ class Disk:
 class SimulatedStore(RobotStore):
     """The memory of one life. It tells the witness what is on the disk."""
 
-    def attach(self, robot: RobotId, disk: Disk, hazard: Hazard, witness: InvariantChecker) -> None:
+    def attach(self, robot: RobotId, disk: Disk, hazard: Hazard, checker: InvariantChecker) -> None:
         """Let it be struck from now on."""
-        self._robot_id, self._disk, self._hazard, self._witness = robot, disk, hazard, witness
+        self._robot_id, self._disk, self._hazard, self._checker = robot, disk, hazard, checker
 
     @contextlib.contextmanager
     def _transaction(self) -> Iterator[Known]:
@@ -68,9 +68,9 @@ class SimulatedStore(RobotStore):
 
     def begin_incarnation(self, unix_s: int) -> int:
         """Count this start."""
-        life = super().begin_incarnation(unix_s)
+        incarnation = super().begin_incarnation(unix_s)
         self._strike()
-        return life
+        return incarnation
 
     def write(
         self,
@@ -80,13 +80,13 @@ class SimulatedStore(RobotStore):
     ) -> None:
         """Write records and a decision."""
         super().write(records, decided, decision)
-        self._witness.on_written(self._robot_id, records, decided, decision)
+        self._checker.on_written(self._robot_id, records, decided, decision)
         self._strike()
 
     def save(self, robot: Mapping[str, Any], events: Sequence[Event], tick: int) -> None:
         """Write a snapshot."""
         super().save(robot, events, tick)
-        self._witness.on_saved(self._robot_id, events)
+        self._checker.on_saved(self._robot_id, events)
         self._strike()
 
     def drop(self) -> None:

@@ -28,23 +28,23 @@ from crcolony.world.tick import advance, command, observe
 
 
 @compiled
-def tick(world: World, robots: Robots, habits: StepParameters, actions: FloatArray) -> int:
+def tick(world: World, robots: Robots, parameters: StepParameters, actions: FloatArray) -> int:
     """Let one control period pass for everybody; return the bits of all events."""
     for i in range(actions.shape[0]):
         command(world, i, actions[i])
     advance(world)
     observe(world)
     due = world.observations.shape[0] - 1
-    return step_robots(robots, habits, world.observations[due], actions)
+    return step_robots(robots, parameters, world.observations[due], actions)
 
 
 @compiled
 def run_ticks(
-    world: World, robots: Robots, habits: StepParameters, actions: FloatArray, most: int
+    world: World, robots: Robots, parameters: StepParameters, actions: FloatArray, most: int
 ) -> int:
     """Run ticks until a robot has an event, at most so many; return how many were run."""
     for count in range(most):
-        if tick(world, robots, habits, actions) != 0:
+        if tick(world, robots, parameters, actions) != 0:
             return count + 1
     return most
 

@@ -27,7 +27,7 @@ def run_in_terminal(results: RunFolder, colony: InProcessColony, minutes: float 
     """Run a colony with a display until it is done, Ctrl-C, or the time is over; return the exit code."""
     console = Console()
     stop = ShutdownSignal(minutes)
-    watch = ProgressDisplay(colony)
+    monitor = ProgressDisplay(colony)
     config = colony.config
     length = f"{config.generations} generations" if config.generations else "until Ctrl-C"
     console.print(
@@ -38,11 +38,11 @@ def run_in_terminal(results: RunFolder, colony: InProcessColony, minutes: float 
     )
     try:
         if console.is_terminal:
-            with Live(watch.display(), console=console, refresh_per_second=4) as live:
-                is_over = run_until_done(results, colony, stop, lambda _: watch.refresh(live))
-                live.update(watch.display())
+            with Live(monitor.display(), console=console, refresh_per_second=4) as live:
+                is_over = run_until_done(results, colony, stop, lambda _: monitor.refresh(live))
+                live.update(monitor.display())
         else:
-            is_over = run_until_done(results, colony, stop, lambda _: watch.print_line())
+            is_over = run_until_done(results, colony, stop, lambda _: monitor.print_line())
     finally:
         results.close()
     _finish(console, results, colony, is_over)
@@ -81,7 +81,7 @@ class ProgressDisplay:
     def __init__(self, colony: InProcessColony) -> None:
         self._colony = colony
         self._said_at_s = -1.0
-        self._told = -1
+        self._published = -1
         self._passed = deque([(time.monotonic(), colony.tick)], maxlen=_SPEED_POINTS)
 
     def refresh(self, live: Live) -> None:
@@ -94,9 +94,9 @@ class ProgressDisplay:
         self._look_at_the_clock()
         now_s, colony, row = time.monotonic(), self._colony, self._colony.summary
         is_last = is_finished(colony)
-        is_due = now_s - self._said_at_s >= _PLAIN_LINE_S or is_last or self._told < 0
-        if row and is_due and colony.generation > self._told:
-            self._said_at_s, self._told = now_s, colony.generation
+        is_due = now_s - self._said_at_s >= _PLAIN_LINE_S or is_last or self._published < 0
+        if row and is_due and colony.generation > self._published:
+            self._said_at_s, self._published = now_s, colony.generation
             print(
                 f"generation {colony.generation}: matings {row['matings']:.2f},"
                 f" batteries {row['captures']:.2f}, energy {row['energy']:.2f},"

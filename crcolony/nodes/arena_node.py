@@ -48,20 +48,20 @@ class ArenaNode:
     def __init__(
         self,
         config: Config,
-        world: int,
+        arena_run: int,
         lockstep: bool,
         expect: int = 0,
         *,
         body_grace_s: float = 30.0,
     ) -> None:
-        places = config.robots
-        if expect > places:
-            raise ValueError(f"robots: {expect} are expected, but the arena has {places} places")
-        self.arena_run = world
+        slots = config.robots
+        if expect > slots:
+            raise ValueError(f"robots: {expect} are expected, but the arena has {slots} places")
+        self.arena_run = arena_run
         self.lockstep = lockstep
         self.expect = expect
         self.tick = 0
-        self.arena = Arena(places, config.arena, config.body, config.seed, embodied=False)
+        self.arena = Arena(slots, config.arena, config.body, config.seed, embodied=False)
         self.robots: dict[RobotId, int] = {}
         """Who has a body, and in which place"""
         self.colonies: list[str] = []
@@ -74,11 +74,11 @@ class ArenaNode:
         self._settings = settings_as_json(
             {"arena": config.arena, "body": config.body}, MAX_ARENA_SETTINGS
         )
-        self._occupants: list[RobotId | None] = [None] * places
+        self._occupants: list[RobotId | None] = [None] * slots
         self._lost: dict[RobotId, float] = {}
-        self._actions = np.zeros((places, contract.ACTION_WIDTH))
-        self._fresh = np.zeros(places, dtype=np.bool_)
-        self._answered = np.zeros(places, dtype=np.int64)
+        self._actions = np.zeros((slots, contract.ACTION_WIDTH))
+        self._fresh = np.zeros(slots, dtype=np.bool_)
+        self._answered = np.zeros(slots, dtype=np.int64)
         """The tick whose observation a robot answered last"""
 
     # Who is there ---------------------------------------------------------------------------------------------------
@@ -89,34 +89,34 @@ class ArenaNode:
         A robot that comes back under another colony gets a fresh one. It may answer observations from the next tick on.
         """
         robot = request.robot
-        place = self.robots.get(robot)
-        if place is not None:
+        slot = self.robots.get(robot)
+        if slot is not None:
             if self.colony_of(robot) == request.colony:
                 self.mark_online(robot)
-                return self._embodied(place)
+                return self._embodied(slot)
             self.leave(robot)
-        place = self._free_place(request.number)
-        if place is None:
+        slot = self._free_slot(request.number)
+        if slot is None:
             return self._refused(f"full: all {len(self._occupants)} places are taken")
         try:
-            self.arena.embody(place, self._number_of(request.colony))
+            self.arena.embody(slot, self._number_of(request.colony))
         except ValueError as error:
             return self._refused(f"full: {error}")
-        self.robots[robot] = place
-        self._occupants[place] = robot
-        self._actions[place] = 0.0
-        self._fresh[place] = False
-        self._answered[place] = self.tick
-        return self._embodied(place)
+        self.robots[robot] = slot
+        self._occupants[slot] = robot
+        self._actions[slot] = 0.0
+        self._fresh[slot] = False
+        self._answered[slot] = self.tick
+        return self._embodied(slot)
 
     def leave(self, robot: RobotId) -> None:
         """Take a robot's body away; nothing happens if it has none."""
-        place = self.robots.pop(robot, None)
-        if place is not None:
-            self._occupants[place] = None
-            self._fresh[place] = False
+        slot = self.robots.pop(robot, None)
+        if slot is not None:
+            self._occupants[slot] = None
+            self._fresh[slot] = False
             self._lost.pop(robot, None)
-            self.arena.remove(place)
+            self.arena.remove(slot)
 
     def mark_offline(self, robot: RobotId, now_s: float) -> None:
         """A robot's process is gone from the network: nobody waits for it, and its body stays for a while."""
@@ -138,16 +138,16 @@ class ArenaNode:
         """Return a robot's place in the arena; raises KeyError if it has none."""
         return self.robots[robot]
 
-    def occupant(self, place: int) -> RobotId | None:
+    def occupant(self, slot: int) -> RobotId | None:
         """Return whose body is in a place, or None."""
-        return self._occupants[place]
+        return self._occupants[slot]
 
     def colony_of(self, robot: RobotId) -> str:
         """Return the name of a robot's colony; raises KeyError if it has no body."""
         return self.colonies[int(self.arena.world.colonies[self.robots[robot]])]
 
-    def _free_place(self, wanted: int) -> int | None:
-        free = [place for place, robot in enumerate(self._occupants) if robot is None]
+    def _free_slot(self, wanted: int) -> int | None:
+        free = [slot for slot, robot in enumerate(self._occupants) if robot is None]
         return wanted if wanted in free else next(iter(free), None)
 
     def _number_of(self, colony: str) -> int:
@@ -162,9 +162,9 @@ class ArenaNode:
         self.colonies[number] = colony
         return number
 
-    def _embodied(self, place: int) -> BodyGranted:
+    def _embodied(self, slot: int) -> BodyGranted:
         return BodyGranted(
-            place, self.arena_run, self.tick, self._period_s, self.lockstep, self._body
+            slot, self.arena_run, self.tick, self._period_s, self.lockstep, self._body
         )
 
     def _refused(self, reason: str) -> BodyDenied:
@@ -180,8 +180,8 @@ class ArenaNode:
         lockstep the present one. In real time it must not have outlived its own time to live on the way; one that is
         to stop everything (it has none) is never too late.
         """
-        place = self.robots.get(robot)
-        if place is None:
+        slot = self.robots.get(robot)
+        if slot is None:
             return self._refuse("unknown")
         try:
             row = contract.clip_action(unpack_row(action.row))
@@ -189,19 +189,19 @@ class ArenaNode:
             return self._refuse("malformed")
         age = self.tick - action.tick
         is_late = age > 0 if self.lockstep else 0.0 < row[contract.TTL] < age * self._period_s
-        if is_late or age < 0 or action.tick <= self._answered[place]:
+        if is_late or age < 0 or action.tick <= self._answered[slot]:
             return self._refuse("stale")
-        self._take(place, row, action.tick)
+        self._take(slot, row, action.tick)
         return True
 
-    def set_action(self, place: int, action: FloatArray) -> None:
+    def set_action(self, slot: int, action: FloatArray) -> None:
         """Command the body of a robot of this process, whose action is known to be within limits."""
-        self._take(place, action, self.tick)
+        self._take(slot, action, self.tick)
 
-    def _take(self, place: int, action: FloatArray, tick: int) -> None:
-        self._actions[place] = action
-        self._fresh[place] = True
-        self._answered[place] = tick
+    def _take(self, slot: int, action: FloatArray, tick: int) -> None:
+        self._actions[slot] = action
+        self._fresh[slot] = True
+        self._answered[slot] = tick
 
     def _refuse(self, reason: str) -> bool:
         self.counts[reason] += 1
@@ -213,8 +213,8 @@ class ArenaNode:
         return list(self._awaited())
 
     def _awaited(self) -> Iterator[RobotId]:
-        for robot, place in self.robots.items():
-            if self._answered[place] < self.tick and robot not in self._lost:
+        for robot, slot in self.robots.items():
+            if self._answered[slot] < self.tick and robot not in self._lost:
                 yield robot
 
     @property
@@ -251,7 +251,7 @@ class ArenaNode:
     def scene(self, arena: str, seq: int, unix_ms: int) -> Scene:
         """Return what a spectator sees: of a crowd, as many as a message holds."""
         bodies = (
-            SceneBody(robot, self.colony_of(robot), place) for robot, place in self.robots.items()
+            SceneBody(robot, self.colony_of(robot), slot) for robot, slot in self.robots.items()
         )
         return make_scene(self.arena.world, bodies, arena, self.arena_run, seq, self.tick, unix_ms)
 
@@ -260,7 +260,7 @@ class ArenaNode:
         return {
             "tick": self.tick,
             "arena": self.arena.save(),
-            "robots": {robot.hex(): place for robot, place in self.robots.items()},
+            "robots": {robot.hex(): slot for robot, slot in self.robots.items()},
             "colonies": list(self.colonies),
             "actions": self._actions.copy(),
             "fresh": self._fresh.copy(),
@@ -271,11 +271,11 @@ class ArenaNode:
         """Become a saved arena of the same config, with nobody lost; raises ValueError if it does not fit."""
         self.arena.restore(saved["arena"])
         self.tick = saved["tick"]
-        self.robots = {bytes.fromhex(robot): place for robot, place in saved["robots"].items()}
+        self.robots = {bytes.fromhex(robot): slot for robot, slot in saved["robots"].items()}
         self.colonies = list(saved["colonies"])
         self._occupants = [None] * len(self._occupants)
-        for robot, place in self.robots.items():
-            self._occupants[place] = robot
+        for robot, slot in self.robots.items():
+            self._occupants[slot] = robot
         self._lost.clear()
         self._actions[...] = saved["actions"]
         self._fresh[...] = saved["fresh"]

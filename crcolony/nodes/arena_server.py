@@ -20,7 +20,7 @@ from crcolony.transport.interface import (
 
 _LINES_PER_S, _ANSWERS_PER_S = 100.0, 100.0
 """What strangers can make an arena say, at most"""
-_MOST_REFUSED = 1000
+_MAX_REFUSED = 1000
 
 
 class ArenaServer:
@@ -33,19 +33,19 @@ class ArenaServer:
         self,
         node: ArenaNode,
         forget: Callable[[RobotId], None] = lambda robot: None,
-        say: Callable[[str], None] = lambda line: None,
+        print_line: Callable[[str], None] = lambda line: None,
         name: str = "arena",
     ) -> None:
-        self._node, self._forget, self._say, self._name = node, forget, say, name
+        self._node, self._forget, self._print_line, self._name = node, forget, print_line, name
         self._lines, self._answered = TokenBucket(_LINES_PER_S), TokenBucket(_ANSWERS_PER_S)
         self._refused: dict[RobotId, None] = {}
         """Who was told, so that it is said once"""
         self._sessions: dict[RobotId, set[str]] = {}
         """Where every robot is on the network"""
 
-    def handle_event(self, now_s: float, arrival: InboundEvent) -> None:
+    def handle_event(self, now_s: float, event: InboundEvent) -> None:
         """See to what has arrived."""
-        match arrival:
+        match event:
             case ActionReceived(robot=robot, action=data):
                 try:
                     self._node.apply_action(robot, decode_action(data))
@@ -68,12 +68,12 @@ class ArenaServer:
     def remove_absent(self, now_s: float) -> None:
         """Take the bodies away of all who have been gone for too long."""
         for robot in self._node.remove_absent(now_s):
-            self._say(f"robot {robot.hex()[:8]} did not come back; its body is removed")
+            self._print_line(f"robot {robot.hex()[:8]} did not come back; its body is removed")
             self._forget(robot)
 
-    def _answer(self, now_s: float, question: bytes, answer: Callable[[bytes], None]) -> None:
+    def _answer(self, now_s: float, payload: bytes, answer: Callable[[bytes], None]) -> None:
         try:
-            request = decode_join(question)
+            request = decode_join(payload)
         except WireError as error:
             self._node.counts["malformed"] += 1
             self._say_of_strangers(now_s, f"malformed request for a body: {error}")
@@ -83,8 +83,8 @@ class ArenaServer:
         else:
             self._admit(now_s, request, answer)
 
-    def _answer_about(self, now_s: float, question: bytes, answer: Callable[[bytes], None]) -> None:
-        if question:
+    def _answer_about(self, now_s: float, payload: bytes, answer: Callable[[bytes], None]) -> None:
+        if payload:
             self._node.counts["malformed"] += 1
         elif self._answered.allow(now_s):
             answer(encode(self._node.metadata(self._name)))
@@ -92,9 +92,9 @@ class ArenaServer:
             self._node.counts["too many"] += 1
 
     def _dismiss(self, now_s: float, robot: RobotId) -> None:
-        place = self._node.robots.get(robot)
-        if place is not None:
-            self._say_of_strangers(now_s, f"robot {robot.hex()[:8]} leaves place {place}")
+        slot = self._node.robots.get(robot)
+        if slot is not None:
+            self._say_of_strangers(now_s, f"robot {robot.hex()[:8]} leaves place {slot}")
             self._node.leave(robot)
             self._forget(robot)
 
@@ -108,7 +108,7 @@ class ArenaServer:
             if robot not in self._refused:
                 self._refused[robot] = None
                 self._say_of_strangers(now_s, f"{name} gets no place: {reply.reason}")
-                if len(self._refused) > _MOST_REFUSED:
+                if len(self._refused) > _MAX_REFUSED:
                     self._refused.clear()
             return
         if robot not in self._sessions:
@@ -119,4 +119,4 @@ class ArenaServer:
     def _say_of_strangers(self, now_s: float, line: str) -> None:
         """Say what anybody can make an arena say, but not without end."""
         if self._lines.allow(now_s):
-            self._say(line)
+            self._print_line(line)

@@ -54,7 +54,7 @@ _ANEW_S, _COMPLAINT_S = 30.0, 30.0
 """A robot comes onto the network anew, and complains of what it lacks, not more often than this."""
 _FORGET_S = 300.0
 """Whoever has been missed for so long is looked for no more."""
-_MOST_UNSEEN = 1000
+_MAX_UNSEEN = 1000
 _UNSEEN_S = 5.0
 """Who is met and not seen for so long is cut off from this robot alone: a mesh that is whole but for that stays so."""
 
@@ -76,23 +76,23 @@ class EmbodiedRobot:
         transport: Transport,
         config: Config,
         arena: str,
-        wanted_place: int,
+        wanted_slot: int,
         snapshot_s: float,
         reconnect: Callable[[], None],
-        say: Callable[[str], None] = lambda line: None,
+        print_line: Callable[[str], None] = lambda line: None,
         dropped: Callable[[], int] = lambda: 0,
         state_period_s: float = STATE_PERIOD_S,
     ) -> None:
         self.node = node
         self._transport, self._config, self._arena = transport, config, arena
-        self._wanted_place = wanted_place
-        self._reconnect_session, self._say, self._dropped = reconnect, say, dropped
+        self._wanted_slot = wanted_slot
+        self._reconnect_session, self._print_line, self._dropped = reconnect, print_line, dropped
         self._anew_due_s = -math.inf
         self._unseen: dict[RobotId, float] = {}
         """Robots that were met and cannot be seen on the network, and since when"""
         self._missed: dict[RobotId, float] = {}
         """Robots that are on the network no more, and since when"""
-        self._place: BodyGranted | None = None
+        self._body_lease: BodyGranted | None = None
         self._action = b""
         """For the last observation"""
         self._answer: bytes | None = None
@@ -117,7 +117,7 @@ class EmbodiedRobot:
     def report_fault(self, what: str) -> None:
         """Count something outside that went wrong, tell of it, and say it."""
         self.node.report_fault(what)
-        self._say(what)
+        self._print_line(what)
 
     @property
     def is_done(self) -> bool:
@@ -127,7 +127,7 @@ class EmbodiedRobot:
     @property
     def has_body(self) -> bool:
         """Whether it has a body, as far as it knows."""
-        return self._place is not None
+        return self._body_lease is not None
 
     @property
     def observed_s(self) -> float:
@@ -140,10 +140,10 @@ class EmbodiedRobot:
         seek_s = max(self._join_due_s, self._observed_s + _SILENCE_S)
         return min(self.node.next_s, self._state_due_s, self._snapshot_due_s, seek_s)
 
-    def handle_event(self, now_s: float, arrival: InboundEvent) -> None:
+    def handle_event(self, now_s: float, event: InboundEvent) -> None:
         """See to what has arrived. Raises FatalStorageError when nobody knows what is on the disk."""
         node = self.node
-        match arrival:
+        match event:
             case ObservationReceived(observation=data):
                 self._observe(now_s, data)
             case EnvelopeReceived(envelope=envelope):
@@ -156,7 +156,7 @@ class EmbodiedRobot:
                 self._state_due_s = min(self._state_due_s, now_s + _NEWS_S)
             case RobotOffline(robot=robot, incarnation=incarnation, session=session):
                 node.handle_peer_offline(now_s, robot, incarnation, session)
-                if robot not in node.peers and len(self._missed) < _MOST_UNSEEN:
+                if robot not in node.peers and len(self._missed) < _MAX_UNSEEN:
                     self._missed[robot] = now_s
                 self._answer_if_settled()
             case SceneReceived(scene=scene):
@@ -170,7 +170,9 @@ class EmbodiedRobot:
                 self._embody(now_s, reply)
             case ArenaOnline():
                 self._seek(now_s)
-            case ArenaOffline(arena_run=run) if self._place and run == self._place.arena_run:
+            case ArenaOffline(arena_run=run) if (
+                self._body_lease and run == self._body_lease.arena_run
+            ):
                 self._lose_body("the arena is gone")
             case QueryReceived(topic="history", payload=payload, reply=answer):
                 node.reply_history(payload, answer)
@@ -182,34 +184,34 @@ class EmbodiedRobot:
     def _seek(self, now_s: float) -> None:
         self._join_due_s = now_s + _JOIN_RETRY_S
         if not self.node.has_duplicate:  # the body belongs to whoever was there first
-            join = Join(self.node.id, self.node.colony, self._wanted_place)
+            join = Join(self.node.id, self.node.colony, self._wanted_slot)
             self._transport.request_body(self.node.id, encode(join))
 
     def _say_if_lost(self, now_s: float, why: str) -> None:
         """Tell a person, now and then, that there is no body to live in."""
-        if self._place is None and now_s >= self._complaint_due_s:
+        if self._body_lease is None and now_s >= self._complaint_due_s:
             self._complaint_due_s = now_s + _COMPLAINT_S
             self.report_fault(why)
 
     def _embody(self, now_s: float, answer: bytes) -> None:
         try:
-            place = decode_join_reply(answer)
-            if not isinstance(place, BodyGranted):
-                self._say_if_lost(now_s, f"no body: arena {self._arena} is {place.reason}")
+            slot = decode_join_reply(answer)
+            if not isinstance(slot, BodyGranted):
+                self._say_if_lost(now_s, f"no body: arena {self._arena} is {slot.reason}")
                 return
-            body = msgspec.json.decode(place.body, type=CyberRodent)
+            body = msgspec.json.decode(slot.body, type=CyberRodent)
         except (WireError, msgspec.DecodeError) as error:
             self.report_fault(f"arena {self._arena}: malformed answer: {error}")
             return
-        if self._place is None or place.arena_run != self._place.arena_run:
-            self._say(f"has body {place.slot} in arena {self._arena}")
+        if self._body_lease is None or slot.arena_run != self._body_lease.arena_run:
+            self._print_line(f"has body {slot.slot} in arena {self._arena}")
             self._tick = -1
-        self._tick = min(self._tick, place.tick)  # of a tick that is not yet, somebody lied
-        self._place, self._observed_s = place, now_s
+        self._tick = min(self._tick, slot.tick)  # of a tick that is not yet, somebody lied
+        self._body_lease, self._observed_s = slot, now_s
         self.node.arena = self._arena
-        if self._wanted_place < 0:
-            self.node.number = place.slot
-        self.node.set_lockstep(place.lockstep)
+        if self._wanted_slot < 0:
+            self.node.number = slot.slot
+        self.node.set_lockstep(slot.lockstep)
         self.node.robot.set_parameters(
             step_parameters(self._config.learning, self._config.life, body)
         )
@@ -217,7 +219,7 @@ class EmbodiedRobot:
 
     def _lose_body(self, why: str) -> None:
         self.report_fault(f"{why}; looking for arena {self._arena}")
-        self._place, self.node.arena = None, ""
+        self._body_lease, self.node.arena = None, ""
 
     def _observe(self, now_s: float, data: bytes) -> None:
         try:
@@ -226,11 +228,11 @@ class EmbodiedRobot:
         except WireError as error:
             self.node.report_fault(f"malformed observation: {error}")
             return
-        place = self._place
-        if place is None or observation.arena_run != place.arena_run:
+        slot = self._body_lease
+        if slot is None or observation.arena_run != slot.arena_run:
             return
         if observation.tick <= self._tick:
-            if observation.tick == self._tick and self._answer is not None and place.lockstep:
+            if observation.tick == self._tick and self._answer is not None and slot.lockstep:
                 self._transport.publish_action(self.node.id, self._answer)
             return
         self.node.period_ms = min(1000.0 * (now_s - self._observed_s), 1e9)
@@ -247,10 +249,10 @@ class EmbodiedRobot:
 
     def _answer_if_settled(self) -> None:
         """Act, and go on to what comes after the step; in lockstep only when no mating is under way."""
-        place, node = self._place, self.node
-        if place is None or self._answer is not None or self._tick < 0:
+        slot, node = self._body_lease, self.node
+        if slot is None or self._answer is not None or self._tick < 0:
             return
-        if place.lockstep and not node.is_settled:
+        if slot.lockstep and not node.is_settled:
             return
         generation = node.robot.generation
         self._answer = self._action
@@ -259,7 +261,7 @@ class EmbodiedRobot:
         if not self.is_done:
             self._transport.publish_action(node.id, self._answer)
         if node.robot.generation > generation:
-            self._say(f"generation {node.robot.generation}, {node.matings} matings so far")
+            self._print_line(f"generation {node.robot.generation}, {node.matings} matings so far")
 
     # The clock -------------------------------------------------------------------------------------------------
 
@@ -292,7 +294,7 @@ class EmbodiedRobot:
         """Notice that a link is lost, though both see the arena: a robot's body is met, and its token is not seen."""
         if met in self.node.peers:
             self._unseen.pop(met, None)
-        elif len(self._unseen) >= _MOST_UNSEEN:
+        elif len(self._unseen) >= _MAX_UNSEEN:
             self._unseen.clear()
         elif now_s - self._unseen.setdefault(met, now_s) >= _UNSEEN_S:
             self._reconnect(now_s, f"robot {met.hex()[:8]} is met and cannot be seen")
@@ -322,6 +324,6 @@ class EmbodiedRobot:
         self._unseen.clear()
         self.report_fault(f"{why}: coming onto the network anew")
         self._reconnect_session()
-        for peer, lives in list(self.node.peers.items()):  # nobody is seen from there yet
-            for life, session in list(lives):
-                self.handle_event(now_s, RobotOffline(peer, life, session))
+        for peer, incarnations in list(self.node.peers.items()):  # nobody is seen from there yet
+            for incarnation, session in list(incarnations):
+                self.handle_event(now_s, RobotOffline(peer, incarnation, session))

@@ -22,17 +22,17 @@ _RING = 10_000
 class EventBuffer:
     """The recent events of one life, encoded and numbered, for those who missed some."""
 
-    def __init__(self, robot: bytes, life: int) -> None:
+    def __init__(self, robot: bytes, incarnation: int) -> None:
         self.seq = 0
-        self._robot, self._life = robot, life
+        self._robot, self._life = robot, incarnation
         self._kept: deque[bytes] = deque(maxlen=_RING)
 
     def append(self, event: Any, unix_ms: int) -> bytes:
         """Number an event, keep it, and return it as it is published."""
         self.seq += 1
-        told = encode(EventMessage(self._robot, self._life, self.seq, unix_ms, event))
-        self._kept.append(told)
-        return told
+        message = encode(EventMessage(self._robot, self._life, self.seq, unix_ms, event))
+        self._kept.append(message)
+        return message
 
     def reply_to(self, ask: HistoryRequest) -> HistoryReply:
         """Return the events from the asked number on, as many as are kept and fit into one answer."""
@@ -40,11 +40,11 @@ class EventBuffer:
         if ask.incarnation != self._life:
             return HistoryReply(self._life, oldest, [])
         start = max(ask.first, oldest) - oldest
-        told: list[bytes] = []
+        message: list[bytes] = []
         room = MAX_ENVELOPE_BYTES
         for data in itertools.islice(self._kept, start, start + MAX_HISTORY_EVENTS):
             room -= len(data)
             if room < 0:
                 break
-            told.append(data)
-        return HistoryReply(self._life, oldest, told)
+            message.append(data)
+        return HistoryReply(self._life, oldest, message)

@@ -70,25 +70,27 @@ class MatingDriver:
         identity: Identity,
         colony: str,
         schema: Schema,
-        memory: RobotStore,
+        store: RobotStore,
         send: Callable[[RobotId, bytes], None],
         parent: MatingCallbacks,
         allow: AllowList,
         limits: MatingLimits,
-        life: int,
+        incarnation: int,
     ) -> None:
         self.counts: Counter[str] = Counter()
         """Outcomes of encounters, and letters refused or dropped"""
-        self.mating = MatingStateMachine(identity.id, life, bytes.fromhex(schema.digest), limits)
+        self.mating = MatingStateMachine(
+            identity.id, incarnation, bytes.fromhex(schema.digest), limits
+        )
         self._identity, self._colony, self._schema = identity, colony, schema
-        self._memory, self._send, self._parent, self._allow = memory, send, parent, allow
+        self._store, self._send, self._callbacks, self._allow = store, send, parent, allow
         self._early: dict[RobotId, bytes] = {}
         self._verified = TokenBucket(_VERIFIED_PER_S)
         self._unasked = TokenBucket(_UNASKED_PER_S)
 
     def resume(self, now_s: float) -> None:
         """Take up the encounters that wait on the disk."""
-        self.mating.restore(now_s, self._memory.open_records(), self._memory.marks())
+        self.mating.restore(now_s, self._store.open_records(), self._store.marks())
 
     def handle_contact(self, now_s: float, contact: Contact, own: Offer, tick: int) -> None:
         """Begin a mating with a robot that the own body has met, if it is one to mate with."""
@@ -104,7 +106,7 @@ class MatingDriver:
     def handle_envelope(self, now_s: float, data: bytes) -> None:
         """Take a letter from anybody."""
         try:
-            letter, message = open_envelope(data)
+            envelope, message = open_envelope(data)
         except WireError:
             self.counts["malformed"] += 1
             return
@@ -115,7 +117,7 @@ class MatingDriver:
             self._put_aside(sender, message, data)
         elif not self._may_verify(now_s, message):
             self.counts["too many"] += 1
-        elif not has_valid_signature(letter, self._colony):
+        elif not has_valid_signature(envelope, self._colony):
             self.counts["forged"] += 1
         elif not self._is_viable(message):
             self.counts["unfit"] += 1
@@ -177,21 +179,21 @@ class MatingDriver:
                 case OutcomeReport():
                     notes.append(effect)
         if exchanged is not None:
-            self._parent.on_mated(*exchanged)
+            self._callbacks.on_mated(*exchanged)
         for note in notes:
             self.counts[note.outcome] += 1
-            self._parent.on_outcome(note)
+            self._callbacks.on_outcome(note)
 
     def _write(self, write: Write) -> tuple[EncounterRecord, Decision] | None:
         """Put records, and the decision that goes with one, on the disk; return the two. Raises StorageFullError."""
         decided = write.decided
         if decided is None:
-            self._memory.write(write.records)
+            self._store.write(write.records)
             return None
-        decision = self._parent.decide(decided)
+        decision = self._callbacks.decide(decided)
         try:
-            self._memory.write(write.records, decided, decision)
+            self._store.write(write.records, decided, decision)
         except StorageFullError:
-            self._parent.rollback_decision()
+            self._callbacks.rollback_decision()
             raise
         return decided, decision

@@ -69,18 +69,18 @@ class RobotNode:
         number: int,
         robot: Robot,
         batch: Robots,
-        memory: RobotStore,
-        life: int,
+        store: RobotStore,
+        incarnation: int,
         transport: Transport,
         allow: AllowList | None = None,
         limits: MatingLimits | None = None,
         unix_s: Callable[[], float] = time.time,
-        hear: Callable[[RobotEvent], None] = lambda event: None,
+        on_event: Callable[[RobotEvent], None] = lambda event: None,
     ) -> None:
         self.id: RobotId = identity.id
         self.colony = colony
         self.number = number
-        self.incarnation = life
+        self.incarnation = incarnation
         self.robot = robot
         self.tick = 0
         """Of the last observation"""
@@ -99,30 +99,30 @@ class RobotNode:
         """Of the transport, as its own token has it"""
         self._twins: dict[tuple[int, str], float] = {}
         self._begun_s = math.inf
-        self._batch, self._memory, self._transport = batch, memory, transport
-        self._ring = EventBuffer(self.id, life)
+        self._batch, self._store, self._transport = batch, store, transport
+        self._events = EventBuffer(self.id, incarnation)
         self._limits = limits or MatingLimits()
-        self._unix_s, self._hear = unix_s, hear
+        self._unix_s, self._on_event = unix_s, on_event
         self._told_faults, self._answered = TokenBucket(_FAULTS_PER_S), TokenBucket(_ANSWERS_PER_S)
         self._unsaved: list[Event] = []
         self._has_unsaved_births = False
         self._before: tuple[Any, list[Offspring], int] | None = None
-        self._exchanges = MatingDriver(
+        self._mating = MatingDriver(
             identity,
             colony,
             robot.subpopulation.schema,
-            memory,
+            store,
             transport.send_envelope,
             self,
             allow or AllowList(),
             self._limits,
-            life,
+            incarnation,
         )
 
     @property
     def counts(self) -> Counter[str]:
         """What became of encounters and letters, in this life."""
-        return self._exchanges.counts
+        return self._mating.counts
 
     @property
     def captures(self) -> int:
@@ -132,33 +132,33 @@ class RobotNode:
     @property
     def waiting(self) -> tuple[EncounterRecord, ...]:
         """Encounters that wait for a partner."""
-        return self._exchanges.mating.open
+        return self._mating.mating.open
 
     def set_lockstep(self, lockstep: bool) -> None:
         """Wait for partners as the arena's clock allows."""
-        self._exchanges.mating.limits = LOCKSTEP_LIMITS if lockstep else self._limits
+        self._mating.mating.limits = LOCKSTEP_LIMITS if lockstep else self._limits
 
     @property
     def is_settled(self) -> bool:
         """Whether no mating can come any more of what was observed: lockstep goes on then."""
-        return not self._exchanges.mating.is_awaited
+        return not self._mating.mating.is_awaited
 
     @property
     def next_s(self) -> float:
         """When `handle_timeouts` has something to do."""
-        return self._exchanges.mating.next_s
+        return self._mating.mating.next_s
 
     def start(self, now_s: float) -> None:
         """Come to life: from memory, with every conception in it, or as a new robot."""
         self._begun_s = now_s
-        loaded = self._memory.load()
+        loaded = self._store.load()
         if loaded is None:
             self._report_births(self.robot.start())
             self.save()
         else:
             saved, self.tick = loaded
             self._restore(saved)
-        self._exchanges.resume(now_s)
+        self._mating.resume(now_s)
 
     def _restore(self, saved: dict[str, Any]) -> None:
         try:
@@ -166,11 +166,11 @@ class RobotNode:
             self.matings, self.conceptions = saved["matings"], saved["conceptions"]
             self._captures_before = saved.get("captures", 0)
         except (IndexError, KeyError, TypeError, ValueError) as error:
-            raise StorageError(f"{self._memory.path}: does not fit this config: {error}") from None
-        for record, decision in self._memory.decisions_since():
-            self._relive(record, decision)
+            raise StorageError(f"{self._store.path}: does not fit this config: {error}") from None
+        for record, decision in self._store.decisions_since():
+            self._replay_decision(record, decision)
 
-    def _relive(self, record: EncounterRecord, decision: Decision) -> None:
+    def _replay_decision(self, record: EncounterRecord, decision: Decision) -> None:
         """Take up a decision that is younger than the snapshot."""
         self.matings += 1
         self.robot.stream[...] = np.frombuffer(decision.stream, dtype="<u8")
@@ -192,7 +192,7 @@ class RobotNode:
         # Whoever is not on the disk yet mates with nobody: after a crash its name may be another's.
         if contact is not None and events & MET and not self._has_unsaved_births:
             own = self.robot.exchange()
-            self._exchanges.handle_contact(
+            self._mating.handle_contact(
                 now_s, contact, Offer(own.agent, pack_genes(own.genes)), tick
             )
             self._tell(Met(tick, contact.robot, own.agent))
@@ -205,8 +205,8 @@ class RobotNode:
     def _turn_over(self) -> None:
         pool = len(self.robot.subpopulation.pool)
         self._record(TurnedOver(self.tick, self.number, self.robot.generation + 1, pool))
-        for life in lifetimes_of(self.robot, self._batch, self.tick, self.number):
-            self._record(life)
+        for incarnation in lifetimes_of(self.robot, self._batch, self.tick, self.number):
+            self._record(incarnation)
         self._captures_before = self.captures
         self._report_births(self.robot.turn_over())
         self.save()
@@ -219,25 +219,27 @@ class RobotNode:
 
     # Letters, peers and time -----------------------------------------------------------------------------------
 
-    def handle_envelope(self, now_s: float, letter: bytes) -> None:
+    def handle_envelope(self, now_s: float, envelope: bytes) -> None:
         """Take a letter from anybody."""
-        self._exchanges.handle_envelope(now_s, letter)
+        self._mating.handle_envelope(now_s, envelope)
 
     def handle_timeouts(self, now_s: float) -> None:
         """Remind partners that are silent, and give up on those that are gone."""
-        self._exchanges.handle_timeouts(now_s)
+        self._mating.handle_timeouts(now_s)
 
-    def handle_peer_online(self, now_s: float, peer: RobotId, life: int, session: str) -> None:
+    def handle_peer_online(
+        self, now_s: float, peer: RobotId, incarnation: int, session: str
+    ) -> None:
         """Hear that a robot is on the network."""
         if peer == self.id:
             was_there = now_s <= self._begun_s + _TWIN_WITHIN_S
-            if was_there and (life, session) < (self.incarnation, self.session):
-                self._twins[life, session] = now_s
+            if was_there and (incarnation, session) < (self.incarnation, self.session):
+                self._twins[incarnation, session] = now_s
             return
         is_back = peer not in self.peers
-        self.peers.setdefault(peer, {})[life, session] = None
+        self.peers.setdefault(peer, {})[incarnation, session] = None
         if is_back:
-            self._exchanges.handle_peer_online(now_s, peer)
+            self._mating.handle_peer_online(now_s, peer)
 
     @property
     def has_duplicate(self) -> bool:
@@ -251,15 +253,17 @@ class RobotNode:
                 return session
         return None
 
-    def handle_peer_offline(self, now_s: float, peer: RobotId, life: int, session: str) -> None:
+    def handle_peer_offline(
+        self, now_s: float, peer: RobotId, incarnation: int, session: str
+    ) -> None:
         """Hear that a robot, in one life, is on the network no more."""
         if peer == self.id:
-            self._twins.pop((life, session), None)
-        lives = self.peers.get(peer, {})
-        lives.pop((life, session), None)
-        if peer in self.peers and not lives:
+            self._twins.pop((incarnation, session), None)
+        incarnations = self.peers.get(peer, {})
+        incarnations.pop((incarnation, session), None)
+        if peer in self.peers and not incarnations:
             del self.peers[peer]
-            self._exchanges.handle_peer_offline(now_s, peer)
+            self._mating.handle_peer_offline(now_s, peer)
 
     # What a mating makes of the robot (exchanges.Parent) -------------------------------------------------------
 
@@ -327,7 +331,7 @@ class RobotNode:
             "captures": self._captures_before,
         }
         try:
-            self._memory.save(saved, self._unsaved, self.tick)
+            self._store.save(saved, self._unsaved, self.tick)
         except StorageFullError as error:
             self.report_fault(f"not saved: {error}")
             return False
@@ -341,19 +345,19 @@ class RobotNode:
         if self._told_faults.allow(self._unix_s()):
             self._tell(Fault(self.tick, what[:500]))
 
-    def reply_history(self, question: bytes, answer: Callable[[bytes], None]) -> None:
+    def reply_history(self, request: bytes, answer: Callable[[bytes], None]) -> None:
         """Answer an observer that missed events, unless the question is malformed, or one too many."""
         try:
-            ask = decode_history_request(question)
+            ask = decode_history_request(request)
         except WireError as error:
             self.report_fault(f"malformed question: {error}")
             return
         if self._may_answer():
-            answer(encode(self._ring.reply_to(ask)))
+            answer(encode(self._events.reply_to(ask)))
 
-    def reply_metadata(self, question: bytes, answer: Callable[[bytes], None]) -> None:
+    def reply_metadata(self, request: bytes, answer: Callable[[bytes], None]) -> None:
         """Answer an observer that asks what the robot is like and whom it sees, with the same limits."""
-        if question:
+        if request:
             self.report_fault("malformed question: it is not empty")
         elif self._may_answer():
             peers = list(itertools.islice(self.peers, MAX_REPORTED_PEERS))
@@ -378,7 +382,7 @@ class RobotNode:
             number=self.number,
             arena=self.arena,
             incarnation=self.incarnation,
-            seq=self._ring.seq,
+            seq=self._events.seq,
             unix_ms=self._unix_ms(),
             tick=self.tick,
             generation=self.robot.generation,
@@ -390,7 +394,7 @@ class RobotNode:
             captures=self.captures,
             pool=len(subpopulation.pool),
             waiting=len(self.waiting),
-            doubts=self._exchanges.mating.doubts,
+            doubts=self._mating.mating.doubts,
             orphaned=sum(record.orphaned for record in self.waiting),
             peers=len(self.peers),
             refused=sum(counts[why] for why in ("malformed", "forged", "unfit", "not allowed")),
@@ -408,9 +412,9 @@ class RobotNode:
         self._tell(event)
 
     def _tell(self, event: RobotEvent) -> None:
-        self._hear(event)
+        self._on_event(event)
         self._transport.publish_telemetry(
-            self.id, "event", self._ring.append(event, self._unix_ms())
+            self.id, "event", self._events.append(event, self._unix_ms())
         )
 
     def _unix_ms(self) -> int:

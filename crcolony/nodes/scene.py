@@ -11,7 +11,7 @@ from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import Scene, ScenePack, SceneRobot
 from crcolony.world.state import World
 
-MOST_ROBOTS, MOST_PACKS = 1_000, 2_000
+MAX_ROBOTS, MAX_PACKS = 1_000, 2_000
 """As many fit into a scene's bytes, however long the names of their colonies are."""
 
 
@@ -44,8 +44,8 @@ def make_scene(
         period_s=rules.period_s,
         width_m=rules.width_m,
         height_m=rules.height_m,
-        robots=[_seen(world, one) for one in itertools.islice(bodies, MOST_ROBOTS)],
-        packs=[ScenePack(*pack) for pack in packs[:MOST_PACKS].tolist()],
+        robots=[_seen(world, one) for one in itertools.islice(bodies, MAX_ROBOTS)],
+        packs=[ScenePack(*pack) for pack in packs[:MAX_PACKS].tolist()],
     )
 
 

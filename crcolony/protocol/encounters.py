@@ -28,7 +28,7 @@ class MatingLimits(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
     """The first reminder; each later one waits twice as long"""
     doubt_s: float = 0.5
     """A responder that has not heard the decision asks after this, and is free for others"""
-    longest_retry_s: float = 5.0
+    max_retry_s: float = 5.0
     orphan_s: float = 60.0
     """A partner that has not come back by then is given up; if it comes back after all, the mating is still resolved"""
     open: int = 256

@@ -39,16 +39,16 @@ def open_envelope(data: bytes) -> tuple[SignedEnvelope, MatingMessage]:
 
     Everything cheap is done here, so that a letter that nobody waits for costs no verification. Raises WireError.
     """
-    letter = decode_envelope(data)
-    message = decode_mating_message(letter.content)
-    if robot_id(letter.key) != sender_of(message):
+    envelope = decode_envelope(data)
+    message = decode_mating_message(envelope.content)
+    if robot_id(envelope.key) != sender_of(message):
         raise WireError("the letter's key is not its sender's")
-    return letter, message
+    return envelope, message
 
 
-def has_valid_signature(letter: SignedEnvelope, colony: str) -> bool:
+def has_valid_signature(envelope: SignedEnvelope, colony: str) -> bool:
     """Tell whether the owner of the letter's key signed it, for this colony."""
-    return is_signed(_signed(colony, letter.content), letter.signature, letter.key)
+    return is_signed(_signed(colony, envelope.content), envelope.signature, envelope.key)
 
 
 def _signed(colony: str, content: bytes) -> bytes:

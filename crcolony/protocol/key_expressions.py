@@ -23,9 +23,9 @@ class ColonyKeys:
         self.all_states = f"{self._root}/state/*"
         self.all_events = f"{self._root}/event/*"
 
-    def alive(self, robot: RobotId, life: int, session: str) -> str:
+    def alive(self, robot: RobotId, incarnation: int, session: str) -> str:
         """The liveliness token of a robot: its key carries the incarnation and the session."""
-        return f"{self._root}/alive/{robot.hex()}/{life}/{session}"
+        return f"{self._root}/alive/{robot.hex()}/{incarnation}/{session}"
 
     def inbox(self, robot: RobotId) -> str:
         """A robot's inbox."""
@@ -60,9 +60,9 @@ class ArenaKeys:
         """Where it is asked what it is like"""
         self.all_actions = f"{self._root}/body/*/action"
 
-    def alive(self, world: int, session: str) -> str:
+    def alive(self, arena_run: int, session: str) -> str:
         """The liveliness token of one run of the arena."""
-        return f"{self._root}/alive/{world}/{session}"
+        return f"{self._root}/alive/{arena_run}/{session}"
 
     def observation(self, robot: RobotId) -> str:
         """Where a body's observations are published."""
@@ -109,9 +109,9 @@ def parse_robot_token(key: str) -> RobotToken | None:
     """Return what a robot's token says, or None if it is none."""
     match chunks(key):
         case ["colony", colony, "alive", name, number, session]:
-            robot, life = parse_robot_id(name), _number_in(number, _LIFE_BELOW)
-            if robot is not None and life is not None and _are_names(colony, session):
-                return RobotToken(colony, robot, life, session)
+            robot, incarnation = parse_robot_id(name), _number_in(number, _LIFE_BELOW)
+            if robot is not None and incarnation is not None and _are_names(colony, session):
+                return RobotToken(colony, robot, incarnation, session)
     return None
 
 
@@ -119,9 +119,9 @@ def parse_arena_token(key: str) -> ArenaToken | None:
     """Return what an arena's token says, or None if it is none."""
     match chunks(key):
         case ["arena", arena, "alive", number, session]:
-            world = _number_in(number, _WORLD_BELOW)
-            if world is not None and _are_names(arena, session):
-                return ArenaToken(arena, world, session)
+            arena_run = _number_in(number, _WORLD_BELOW)
+            if arena_run is not None and _are_names(arena, session):
+                return ArenaToken(arena, arena_run, session)
     return None
 
 

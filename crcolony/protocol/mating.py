@@ -182,7 +182,7 @@ class MatingStateMachine:
         self._contacts[peer] = contact
         return self._remind_all(now_s, peer) + self._propose_due(now_s)
 
-    def handle_message(self, now_s: float, message: MatingMessage, letter: bytes) -> list[Effect]:
+    def handle_message(self, now_s: float, message: MatingMessage, envelope: bytes) -> list[Effect]:
         """Take a message whose signature (of `letter`) is verified."""
         if not self.expects(message):
             return []
@@ -190,9 +190,9 @@ class MatingStateMachine:
         waiting = self._open.get(encounter)
         match message:
             case Propose():
-                return self._on_propose(now_s, message, letter)
+                return self._on_propose(now_s, message, envelope)
             case Accept():
-                return self._on_accept(now_s, message, letter, waiting)
+                return self._on_accept(now_s, message, envelope, waiting)
             case Refuse(reason=reason) if waiting and waiting.record.state == "proposed":
                 del self._open[encounter]
                 return [self._note("refused", waiting.record, reason), *self._propose_due(now_s)]
@@ -238,14 +238,14 @@ class MatingStateMachine:
         effects: list[Effect] = []
         if waiting.record.state == "prepared" and not waiting.doubted:
             effects.append(self._note("doubt", waiting.record))
-        retry_s = min(2.0 * waiting.retry_s, self.limits.longest_retry_s)
+        retry_s = min(2.0 * waiting.retry_s, self.limits.max_retry_s)
         self._open[encounter] = replace(
             waiting,
             remind_at_s=now_s + retry_s,
             retry_s=retry_s,
             doubted=waiting.doubted or waiting.record.state == "prepared",
         )
-        return [*effects, self._say(waiting.record)]
+        return [*effects, self._print_line(waiting.record)]
 
     def give_up(self, now_s: float, encounter: Encounter) -> list[Effect]:
         """Stop waiting: forget a proposal; keep what is decided or prepared as orphaned, if the partner returns."""
@@ -290,14 +290,14 @@ class MatingStateMachine:
                 encounter, "initiator", "proposed", contact.nonce, contact.tick, contact.own
             )
             self._open[encounter] = self._waiting(record, now_s)
-            return [self._say(record)]
+            return [self._print_line(record)]
         return []
 
-    def _on_propose(self, now_s: float, message: Propose, letter: bytes) -> list[Effect]:
+    def _on_propose(self, now_s: float, message: Propose, envelope: bytes) -> list[Effect]:
         encounter, peer = message.encounter, message.encounter.initiator
         mark = self._marks.get(peer, (-1, -1))
         if encounter in self._open:
-            return [self._say(self._open[encounter].record)]
+            return [self._print_line(self._open[encounter].record)]
         if encounter.number <= mark:
             return [Send(peer, Refuse(encounter, "stale"))]
         if message.schema != self.schema:
@@ -318,39 +318,39 @@ class MatingStateMachine:
         self._contacts.pop(peer, None)
         record = EncounterRecord(
             encounter, "responder", "prepared", met.nonce, met.tick, met.own,
-            Offer(message.agent, message.genes), letter,
+            Offer(message.agent, message.genes), envelope,
         )  # fmt: skip
         self._marks[peer] = encounter.number
         self._open[encounter] = self._waiting(record, now_s)
         if outdated is None:
-            return [Write((record,), (None,)), self._say(record)]
+            return [Write((record,), (None,)), self._print_line(record)]
         del self._open[outdated.encounter]
         aborted = replace(outdated, state="aborted")
         return [
             Write((aborted, record), (outdated, None)),
             self._note("aborted", aborted),
-            self._say(record),
+            self._print_line(record),
         ]
 
     def _on_accept(
-        self, now_s: float, message: Accept, letter: bytes, waiting: _Open | None
+        self, now_s: float, message: Accept, envelope: bytes, waiting: _Open | None
     ) -> list[Effect]:
         encounter, peer = message.encounter, message.encounter.responder
         if waiting is None:  # never decided, or done long ago, and then the partner ignores this
             return [Send(peer, Abort(encounter))]
         record = waiting.record
         if record.state == "decided":
-            return [self._say(record)]
+            return [self._print_line(record)]
         if message.nonce != record.nonce or message.schema != self.schema:
             return []
         decided = replace(
-            record, state="decided", partner=Offer(message.agent, message.genes), proof=letter
+            record, state="decided", partner=Offer(message.agent, message.genes), proof=envelope
         )
         self._open[encounter] = self._waiting(decided, now_s)
         return [
             Write((decided,), (record,)),
             self._note("mated", decided),
-            self._say(decided),
+            self._print_line(decided),
             *self._propose_due(now_s),
         ]
 
@@ -377,7 +377,7 @@ class MatingStateMachine:
 
     # Small things ----------------------------------------------------------------------------------------------
 
-    def _say(self, record: EncounterRecord) -> Send:
+    def _print_line(self, record: EncounterRecord) -> Send:
         """Return what a robot says in this state: once, and again at every reminder."""
         encounter, own = record.encounter, record.own
         match record.state:
@@ -399,7 +399,7 @@ class MatingStateMachine:
         first_s = limits.doubt_s if record.state == "prepared" else limits.retry_s
         give_up_s = limits.propose_s if record.state == "proposed" else limits.orphan_s
         if record.orphaned:
-            first_s, give_up_s = limits.longest_retry_s, float("inf")
+            first_s, give_up_s = limits.max_retry_s, float("inf")
         return _Open(record, now_s + first_s, now_s + give_up_s, first_s, doubted)
 
     def _is_busy(self, peer: RobotId, outdated: EncounterRecord | None) -> bool:

@@ -32,7 +32,7 @@ def export(
     path: Path,
     out: Path,
     windows: Windows | None = None,
-    say: Callable[[str], None] = lambda line: None,
+    print_line: Callable[[str], None] = lambda line: None,
 ) -> list[Path]:
     """Write the tables of a recording or a run (as `samples_of` takes it) into a folder; return the files.
 
@@ -46,7 +46,7 @@ def export(
     try:
         return write_tables(samples_of(path, windows), genes, out)
     except HistoryDiffersError as error:
-        say(f"{error}; what is exported is from its history alone, without poses")
+        print_line(f"{error}; what is exported is from its history alone, without poses")
         return write_tables(from_history(read_run(path)), genes, out)
 
 
@@ -59,12 +59,12 @@ def check_pyarrow() -> None:
     assert pyarrow.parquet
 
 
-def write_tables(heard: Iterable[TelemetrySample], genes: GeneColumns, out: Path) -> list[Path]:
+def write_tables(sample: Iterable[TelemetrySample], genes: GeneColumns, out: Path) -> list[Path]:
     """Write what was heard into a folder, all tables or none; return the files. Raises ExportError."""
     births = {**TABLES["births"], **dict.fromkeys(genes.names, "double")}
     try:
         with table_files(out, {**TABLES, "births": births}) as files:
-            _fill(files, genes, heard)
+            _fill(files, genes, sample)
     except OSError as error:
         raise ExportError(f"{out}: cannot be written: {error.strerror or error}") from None
     return [out / f"{name}.parquet" for name in TABLES]
@@ -74,33 +74,35 @@ def _fill(
     files: Mapping[str, TableFile], genes: GeneColumns, all_heard: Iterable[TelemetrySample]
 ) -> None:
     """Put all that a watcher believes into its table, once."""
-    watch = ColonyMonitor()
-    for heard in all_heard:
-        before = _latest(watch, heard)
-        for news in watch.handle_sample(heard):
-            if isinstance(news, EventReceived):
-                told = news.message
-                row = event_row(told, watch.robots[told.robot].colony, heard.unix_ms)
-                is_birth = isinstance(told.event, Born)
-                files[EVENTS[type(told.event)]].add(genes.spread(told, row) if is_birth else row)
-        latest = _latest(watch, heard)
+    monitor = ColonyMonitor()
+    for sample in all_heard:
+        before = _latest(monitor, sample)
+        for changes in monitor.handle_sample(sample):
+            if isinstance(changes, EventReceived):
+                message = changes.message
+                row = event_row(message, monitor.robots[message.robot].colony, sample.unix_ms)
+                is_birth = isinstance(message.event, Born)
+                files[EVENTS[type(message.event)]].add(
+                    genes.spread(message, row) if is_birth else row
+                )
+        latest = _latest(monitor, sample)
         if latest is before:
             continue
         if isinstance(latest, RobotState):
-            colony = watch.robots[latest.robot].colony
-            files["states"].add(state_row(latest, colony, heard.unix_ms))
+            colony = monitor.robots[latest.robot].colony
+            files["states"].add(state_row(latest, colony, sample.unix_ms))
         elif isinstance(latest, Scene):
-            files["poses"].add_all(pose_rows(latest, heard.unix_ms))
-            files["packs"].add_all(pack_rows(latest, heard.unix_ms))
+            files["poses"].add_all(pose_rows(latest, sample.unix_ms))
+            files["packs"].add_all(pack_rows(latest, sample.unix_ms))
 
 
-def _latest(watch: ColonyMonitor, heard: TelemetrySample) -> RobotState | Scene | None:
+def _latest(monitor: ColonyMonitor, sample: TelemetrySample) -> RobotState | Scene | None:
     """Return the state or scene that is known of whom this is about."""
-    if heard.kind == "state":
-        _, robot = key_expressions.parse_robot_topic(heard.key, "state") or ("", b"")
-        watched = watch.robots.get(robot)
-        return watched.state if watched is not None else None
-    if heard.kind == "scene":
-        arena = watch.arenas.get(key_expressions.parse_arena_topic(heard.key, "scene") or "")
+    if sample.kind == "state":
+        _, robot = key_expressions.parse_robot_topic(sample.key, "state") or ("", b"")
+        status = monitor.robots.get(robot)
+        return status.state if status is not None else None
+    if sample.kind == "scene":
+        arena = monitor.arenas.get(key_expressions.parse_arena_topic(sample.key, "scene") or "")
         return arena.scene if arena is not None else None
     return None

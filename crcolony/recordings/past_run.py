@@ -71,16 +71,16 @@ def read_run(folder: Path) -> PastRun:
     if not path.is_file():
         raise PastRunError(f"{path}: missing; it is written when the run ends")
     try:
-        told: dict[str, Any] = json.loads(path.read_text("utf-8"))
-        names = told.get("robots")
+        message: dict[str, Any] = json.loads(path.read_text("utf-8"))
+        names = message.get("robots")
         colony = COLONY if names is None else _colony_of(folder)
         return PastRun(
             folder=folder,
             config=config,
             colony=colony,
             robots=_seeded_robots(config, colony) if names is None else _ids(names),
-            generations=int(told["generations"]),
-            history_hash=str(told["history_hash"]),
+            generations=int(message["generations"]),
+            history_hash=str(message["history_hash"]),
             start_unix_ms=int(1000.0 * settings.stat().st_mtime),
         )
     except OSError as error:
@@ -102,9 +102,9 @@ def _ids(names: list[str]) -> tuple[RobotId, ...]:
 
 def _colony_of(folder: Path) -> str:
     """Return the colony's name, which robots remember."""
-    for memory in sorted(folder.glob("robots/*/robot.sqlite")):
+    for store in sorted(folder.glob("robots/*/robot.sqlite")):
         with contextlib.suppress(StorageError):  # the next one remembers it as well
-            colony = read_stored_robot(memory).colony
+            colony = read_stored_robot(store).colony
             if colony is not None:
                 return colony
     return COLONY

@@ -58,7 +58,7 @@ class _Resimulation:
         self._hash = HistoryHash()
         self._is_whole = False
         """Whether all has happened that had when the run ended"""
-        self._narrator = _narrator_of(run)
+        self._synthetic = _narrator_of(run)
         period_s = run.config.arena.control_period_s
         self._window_ticks = math.ceil(windows.length_s / period_s)
         self._state_ticks = max(1, round(_STATE_S / period_s))
@@ -71,7 +71,7 @@ class _Resimulation:
     def live(self) -> Iterator[TelemetrySample]:
         """Yield what is heard, from the beginning to the end; raises HistoryDiffersError there."""
         colony, run = self._colony, self._run
-        yield from _begin(self._narrator, run.config)
+        yield from _begin(self._synthetic, run.config)
         colony.start()
         yield from self._tell()
         yield from self._states()
@@ -82,7 +82,7 @@ class _Resimulation:
             age = colony.tick - born_tick
             if generation in self._windows and age < self._window_ticks:
                 colony.run(1)
-                yield self._narrator.scene(colony.arena.world, colony.tick)
+                yield self._synthetic.scene(colony.arena.world, colony.tick)
                 is_due = colony.tick % self._state_ticks == 0
             else:
                 colony.run(self._coarse_ticks - colony.tick % self._coarse_ticks)
@@ -107,7 +107,7 @@ class _Resimulation:
             event = self._events.pop(0)
             self._hash.add(event)
             self._is_whole = str(self._hash) == self._run.history_hash
-            yield from self._narrator.event_samples(event)
+            yield from self._synthetic.event_samples(event)
 
     def _states(self) -> Iterator[TelemetrySample]:
         colony, batch = self._colony, self._colony.batch
@@ -120,7 +120,7 @@ class _Resimulation:
                 captures=int(batch.captures[row].sum()),
                 pool=len(subpopulation.pool),
             )
-            yield self._narrator.state(row, colony.tick, condition)
+            yield self._synthetic.state(row, colony.tick, condition)
 
 
 def initial_samples(run: PastRun) -> Iterator[TelemetrySample]:
@@ -133,17 +133,17 @@ def from_history(run: PastRun) -> Iterator[TelemetrySample]:
 
     Where robots were, who was in control and how hungry is not in it. Raises PastRunError.
     """
-    narrator = _narrator_of(run)
-    yield from _begin(narrator, run.config)
+    synthetic = _narrator_of(run)
+    yield from _begin(synthetic, run.config)
     newborn = RobotSnapshot("", run.config.life.initial_energy, -1, captures=0, pool=0)
     for tick, events in itertools.groupby(read_history(run.history), lambda event: event.tick):
         turned_over: dict[int, None] = {}
         for event in events:
-            yield from narrator.event_samples(event)
+            yield from synthetic.event_samples(event)
             if isinstance(event, Born) and event.robot < len(run.robots):
                 turned_over[event.robot] = None
         for number in turned_over:
-            yield narrator.state(number, tick, newborn)
+            yield synthetic.state(number, tick, newborn)
 
 
 def _narrator_of(run: PastRun) -> SyntheticTelemetry:
@@ -151,9 +151,9 @@ def _narrator_of(run: PastRun) -> SyntheticTelemetry:
     return SyntheticTelemetry(run.colony, run.robots, run.start_unix_ms, period_s)
 
 
-def _begin(narrator: SyntheticTelemetry, config: Config) -> Iterator[TelemetrySample]:
+def _begin(synthetic: SyntheticTelemetry, config: Config) -> Iterator[TelemetrySample]:
     nature = settings_as_json({"arena": config.arena, "body": config.body}, MAX_ARENA_SETTINGS)
-    return narrator.start(settings_of_robot(config, config.body), nature)
+    return synthetic.start(settings_of_robot(config, config.body), nature)
 
 
 def _chosen(windows: Windows, run: PastRun) -> frozenset[int]:

@@ -30,8 +30,8 @@ def is_recorded(path: Path) -> bool:
 def metadata_samples_of(path: Path) -> Iterator[TelemetrySample]:
     """Yield what robots and arenas of a run have answered about themselves; raises as `samples_of` does."""
     file = _recording_in(path)
-    heard = initial_samples(read_run(path)) if file is None else read_samples(file, ["metadata"])
-    return (one for one in heard if one.kind == "metadata")
+    sample = initial_samples(read_run(path)) if file is None else read_samples(file, ["metadata"])
+    return (one for one in sample if one.kind == "metadata")
 
 
 def _recording_in(path: Path) -> Path | None:

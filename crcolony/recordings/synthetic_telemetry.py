@@ -25,7 +25,7 @@ from crcolony.protocol.telemetry_messages import (
 from crcolony.telemetry.colony_monitor import TelemetrySample
 from crcolony.world.state import World
 
-ARENA, WORLD, LIFE = "arena", 0, 0
+ARENA, ARENA_RUN, INCARNATION = "arena", 0, 0
 """What is said to be so of a run of which nobody knows it"""
 _SESSION = "retold"
 _AGENTS = ("agent", "partner", "mother", "father")
@@ -71,7 +71,7 @@ class SyntheticTelemetry:
         self, colony: str, robots: Sequence[RobotId], start_unix_ms: int, period_s: float
     ) -> None:
         self._robots = tuple(robots)
-        self._bodies = [SceneBody(robot, colony, place) for place, robot in enumerate(robots)]
+        self._bodies = [SceneBody(robot, colony, slot) for slot, robot in enumerate(robots)]
         self._keys, self._arena = ColonyKeys(colony), ArenaKeys(ARENA)
         self._start_unix_ms, self._period_s = start_unix_ms, period_s
         self._accounts = [_Account() for _ in robots]
@@ -80,14 +80,16 @@ class SyntheticTelemetry:
     def start(self, robot_settings: str, arena_settings: str) -> Iterator[TelemetrySample]:
         """Let arena and robots come onto the network, and say what they are like: settings as JSON."""
         unix_ms = self._unix_ms(0)
-        yield TelemetrySample("alive", self._arena.alive(WORLD, _SESSION), b"", unix_ms)
+        yield TelemetrySample("alive", self._arena.alive(ARENA_RUN, _SESSION), b"", unix_ms)
         for robot in self._robots:
-            yield TelemetrySample("alive", self._keys.alive(robot, LIFE, _SESSION), b"", unix_ms)
-        nature = ArenaMetadata(ARENA, WORLD, arena_settings)
+            yield TelemetrySample(
+                "alive", self._keys.alive(robot, INCARNATION, _SESSION), b"", unix_ms
+            )
+        nature = ArenaMetadata(ARENA, ARENA_RUN, arena_settings)
         yield TelemetrySample("metadata", self._arena.metadata, encode(nature), unix_ms)
         for robot in self._robots:
             peers = [peer for peer in self._robots if peer != robot][:MAX_REPORTED_PEERS]
-            about = RobotMetadata(robot, LIFE, robot_settings, peers)
+            about = RobotMetadata(robot, INCARNATION, robot_settings, peers)
             yield TelemetrySample("metadata", self._keys.metadata(robot), encode(about), unix_ms)
 
     def event_samples(self, event: Event) -> Iterator[TelemetrySample]:
@@ -100,7 +102,7 @@ class SyntheticTelemetry:
                 account.generation = event.generation
             elif isinstance(event, Lived):
                 account.captures += event.captures
-            yield self._told(event.robot, named(event, self._robots))
+            yield self._published(event.robot, named(event, self._robots))
 
     def _tell_mating(self, mated: Mated) -> Iterator[TelemetrySample]:
         numbers = (mated.robot, mated.partner_robot)
@@ -111,7 +113,7 @@ class SyntheticTelemetry:
         encounter = Encounter(
             self._robots[initiator],
             self._robots[responder],
-            LIFE,
+            INCARNATION,
             self._accounts[initiator].proposals,
         )
         sides = (
@@ -124,16 +126,16 @@ class SyntheticTelemetry:
             account.matings += 1
             account.conceptions += conceived
             met = Met(mated.tick, self._robots[numbers[other]], agent)
-            yield self._told(numbers[own], met)
+            yield self._published(numbers[own], met)
             exchanged = Exchanged(mated.tick, encounter, agent, partner, energy, conceived, False)
-            yield self._told(numbers[own], exchanged)
+            yield self._published(numbers[own], exchanged)
 
-    def _told(self, number: int, event: RobotEvent) -> TelemetrySample:
+    def _published(self, number: int, event: RobotEvent) -> TelemetrySample:
         robot, account = self._robots[number], self._accounts[number]
         account.seq += 1
         unix_ms = self._unix_ms(event.tick)
-        told = EventMessage(robot, LIFE, account.seq, unix_ms, event)
-        return TelemetrySample("event", self._keys.event(robot), encode(told), unix_ms)
+        message = EventMessage(robot, INCARNATION, account.seq, unix_ms, event)
+        return TelemetrySample("event", self._keys.event(robot), encode(message), unix_ms)
 
     def state(self, number: int, tick: int, condition: RobotSnapshot) -> TelemetrySample:
         """Tell how a robot is."""
@@ -143,7 +145,7 @@ class SyntheticTelemetry:
             robot=robot,
             number=number,
             arena=ARENA,
-            incarnation=LIFE,
+            incarnation=INCARNATION,
             seq=account.seq,
             unix_ms=unix_ms,
             tick=tick,
@@ -170,7 +172,7 @@ class SyntheticTelemetry:
         """Tell how the arena is."""
         self._scenes += 1
         unix_ms = self._unix_ms(tick)
-        scene = make_scene(world, self._bodies, ARENA, WORLD, self._scenes, tick, unix_ms)
+        scene = make_scene(world, self._bodies, ARENA, ARENA_RUN, self._scenes, tick, unix_ms)
         return TelemetrySample("scene", self._arena.scene, encode(scene), unix_ms)
 
     def _knows(self, number: int) -> bool:

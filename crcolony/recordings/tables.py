@@ -113,10 +113,10 @@ def state_row(state: RobotState, colony: str, heard_unix_ms: int) -> Row:
     return (heard_unix_ms, colony, *_values(state))
 
 
-def event_row(told: EventMessage, colony: str, heard_unix_ms: int) -> Row:
+def event_row(message: EventMessage, colony: str, heard_unix_ms: int) -> Row:
     """Return a row of the event's table."""
-    head = (told.robot.hex(), told.incarnation, told.seq, told.unix_ms)
-    return (heard_unix_ms, colony, *head, *_values(told.event))
+    head = (message.robot.hex(), message.incarnation, message.seq, message.unix_ms)
+    return (heard_unix_ms, colony, *head, *_values(message.event))
 
 
 def pose_rows(scene: Scene, heard_unix_ms: int) -> Iterator[Row]:

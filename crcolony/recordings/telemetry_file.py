@@ -21,7 +21,7 @@ TELEMETRY_FILE = "telemetry.sqlite"
 """Of the recording in a folder"""
 SCENE_BYTES_PER_S = 100_000
 """So much of the scenes is kept: all ten a second of a few robots, and one or so of a thousand"""
-_MOST_WAITING = 64 * 2**20
+_MAX_WAITING = 64 * 2**20
 """Bytes between two commits; of more the newest is not recorded, and counted"""
 _PAGE = 256
 """Rows that are read at a time, so that a slow reader is in no writer's way"""
@@ -86,17 +86,17 @@ class TelemetryFile:
             raise _cannot_be_written(path, error) from None
         return cls(path, database)
 
-    def add(self, heard: TelemetrySample) -> None:
+    def add(self, sample: TelemetrySample) -> None:
         """Take what was heard; it is on the disk after the next commit. Of too many scenes some are left out."""
         if self._database is None:
             return
-        size = len(heard.data) + _BESIDE_DATA
-        if heard.kind == "scene" and not self._thinning.should_keep(size, heard.unix_ms):
+        size = len(sample.data) + _BESIDE_DATA
+        if sample.kind == "scene" and not self._thinning.should_keep(size, sample.unix_ms):
             return
-        if self._bytes + size > _MOST_WAITING:
+        if self._bytes + size > _MAX_WAITING:
             self.dropped += 1
             return
-        self._waiting.append(heard)
+        self._waiting.append(sample)
         self._bytes += size
 
     def commit(self) -> str | None:
@@ -189,8 +189,8 @@ def _end_tokens(database: sqlite3.Connection) -> None:
         database.executemany("INSERT INTO heard VALUES (?, ?, ?, ?)", gone)
 
 
-def _row(heard: TelemetrySample) -> tuple[int, str, str, bytes]:
-    return heard.unix_ms, heard.kind, heard.key, heard.data
+def _row(sample: TelemetrySample) -> tuple[int, str, str, bytes]:
+    return sample.unix_ms, sample.kind, sample.key, sample.data
 
 
 def _heard(row: tuple[int, int, SampleKind, str, bytes], path: Path) -> TelemetrySample:

@@ -40,13 +40,13 @@ class Row:
 
 def inspect_memory(path: Path, table: str | None) -> None:
     """Print what a robot remembers, or one table of it as comma-separated values; raises StorageError."""
-    memory = read_stored_robot(path)
+    stored = read_stored_robot(path)
     if table is None:
-        print("\n".join(_in_words(memory)))
+        print("\n".join(_in_words(stored)))
         return
-    columns, rows = _TABLES[table](memory)
+    columns, rows = _TABLES[table](stored)
     genes = max((len(row.genes) // 8 for row in rows), default=0)
-    names = gene_names(path, memory.schema)
+    names = gene_names(path, stored.schema)
     if len(names) != genes:
         names = [f"gene {place}" for place in range(genes)]
     writer = csv.writer(sys.stdout, lineterminator="\n")
@@ -59,25 +59,25 @@ def inspect_memory(path: Path, table: str | None) -> None:
 # In words -----------------------------------------------------------------------------------------------------------
 
 
-def _in_words(memory: StoredRobot) -> Iterator[str]:
-    yield f"memory of robot {memory.robot.hex()}"
-    if memory.taken is None or memory.tick is None:
-        yield f"incarnation {memory.incarnation}, nothing saved yet"
+def _in_words(stored: StoredRobot) -> Iterator[str]:
+    yield f"memory of robot {stored.robot.hex()}"
+    if stored.taken is None or stored.tick is None:
+        yield f"incarnation {stored.incarnation}, nothing saved yet"
     else:
-        when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(memory.taken))
-        yield f"incarnation {memory.incarnation}, generation {memory.generation}, saved {when} at tick {memory.tick}"
-    yield from _matings_in_words(memory)
-    yield from _open_in_words(memory)
-    yield f"offspring pool: {len(memory.pool)} for the next generation"
-    yield _proofs_in_words(memory)
-    yield from _lineage_in_words(memory)
+        when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(stored.taken))
+        yield f"incarnation {stored.incarnation}, generation {stored.generation}, saved {when} at tick {stored.tick}"
+    yield from _matings_in_words(stored)
+    yield from _open_in_words(stored)
+    yield f"offspring pool: {len(stored.pool)} for the next generation"
+    yield _proofs_in_words(stored)
+    yield from _lineage_in_words(stored)
 
 
-def _matings_in_words(memory: StoredRobot) -> Iterator[str]:
-    states = Counter(record.state for record, _ in memory.matings)
+def _matings_in_words(stored: StoredRobot) -> Iterator[str]:
+    states = Counter(record.state for record, _ in stored.matings)
     named = ", ".join(f"{count} {state}" for state, count in states.most_common())
-    yield f"encounters: {len(memory.matings)}" + (f" ({named})" if named else "")
-    decided = [(record.peer, d) for record, d in memory.matings if d is not None]
+    yield f"encounters: {len(stored.matings)}" + (f" ({named})" if named else "")
+    decided = [(record.peer, d) for record, d in stored.matings if d is not None]
     conceived = Counter(peer for peer, decision in decided if decision.conceived)
     too_late = sum(decision.too_late for _, decision in decided)
     partners = Counter(peer for peer, _ in decided)
@@ -90,8 +90,8 @@ def _matings_in_words(memory: StoredRobot) -> Iterator[str]:
         yield f"  {peer.hex()[:8]}: {_counted(count, 'mating')}, {conceived[peer]} offspring"
 
 
-def _open_in_words(memory: StoredRobot) -> Iterator[str]:
-    waiting = [record for record, _ in memory.matings if record.waits]
+def _open_in_words(stored: StoredRobot) -> Iterator[str]:
+    waiting = [record for record, _ in stored.matings if record.waits]
     yield f"open encounters: {len(waiting)}"
     for record in waiting:
         what = "in doubt" if record.state == "prepared" else "decided, not acknowledged"
@@ -99,21 +99,23 @@ def _open_in_words(memory: StoredRobot) -> Iterator[str]:
         yield f"  with {record.peer.hex()[:8]} since tick {record.tick}: {what}{orphaned}"
 
 
-def _proofs_in_words(memory: StoredRobot) -> str:
-    colony = _colony_of(memory)
-    proofs = Counter(proof_of(record, colony) for record, _ in memory.matings if record.proof)
+def _proofs_in_words(stored: StoredRobot) -> str:
+    colony = _colony_of(stored)
+    proofs = Counter(proof_of(record, colony) for record, _ in stored.matings if record.proof)
     if not proofs:
         return "partners' letters: none"
-    told = f"partners' letters: {proofs['signed']} of {proofs.total()} signed for colony {colony}"
+    message = (
+        f"partners' letters: {proofs['signed']} of {proofs.total()} signed for colony {colony}"
+    )
     if proofs["doctored"]:
-        told += f", {proofs['doctored']} DO NOT say what the memory says"
+        message += f", {proofs['doctored']} DO NOT say what the memory says"
     if proofs["other"]:
-        told += f", {proofs['other']} for another colony or forged"
-    return told
+        message += f", {proofs['other']} for another colony or forged"
+    return message
 
 
-def _lineage_in_words(memory: StoredRobot) -> Iterator[str]:
-    births = {event.agent: event for event in memory.events if isinstance(event, Born)}
+def _lineage_in_words(stored: StoredRobot) -> Iterator[str]:
+    births = {event.agent: event for event in stored.events if isinstance(event, Born)}
     if not births:
         yield "lineage: nobody is born yet"
         return
@@ -141,14 +143,14 @@ def _counted(count: int, what: str) -> str:
     return f"{count} {what}" + ("" if count == 1 else "s")
 
 
-def _colony_of(memory: StoredRobot) -> str:
-    return memory.colony or _COLONY
+def _colony_of(stored: StoredRobot) -> str:
+    return stored.colony or _COLONY
 
 
 def proof_of(record: EncounterRecord, colony: str) -> Proof:
     """Tell whether the partner's letter says what the record says, and whether it is signed for this colony."""
     try:
-        letter, message = open_envelope(record.proof)
+        envelope, message = open_envelope(record.proof)
     except WireError:
         return "doctored"
     expected = Propose if record.role == "responder" else Accept
@@ -160,7 +162,7 @@ def proof_of(record: EncounterRecord, colony: str) -> Proof:
         or (message.agent, message.genes) != (partner.agent, partner.genes)
     ):
         return "doctored"
-    return "signed" if has_valid_signature(letter, colony) else "other"
+    return "signed" if has_valid_signature(envelope, colony) else "other"
 
 
 # As a table ---------------------------------------------------------------------------------------------------------
@@ -168,13 +170,13 @@ def proof_of(record: EncounterRecord, colony: str) -> Proof:
 Table = tuple[Sequence[str], list[Row]]
 
 
-def _matings(memory: StoredRobot) -> Table:
+def _matings(stored: StoredRobot) -> Table:
     columns = (
         "tick", "role", "state", "orphaned", "partner_robot", "incarnation", "count", "agent",
         "partner", "letter", "energy", "conceived", "too_late", "step",
     )  # fmt: skip
-    colony = _colony_of(memory)
-    return columns, [_mating_row(record, decision, colony) for record, decision in memory.matings]
+    colony = _colony_of(stored)
+    return columns, [_mating_row(record, decision, colony) for record, decision in stored.matings]
 
 
 def _mating_row(record: EncounterRecord, decision: Decision | None, colony: str) -> Row:
@@ -198,28 +200,28 @@ def _mating_row(record: EncounterRecord, decision: Decision | None, colony: str)
     return Row(own + decided, decision.child)
 
 
-def _births(memory: StoredRobot) -> Table:
+def _births(stored: StoredRobot) -> Table:
     columns = ("tick", "generation", "agent", "mother", "father", "genotype")
     return columns, [
         Row([b.tick, b.generation, b.agent, b.mother, b.father, b.genotype], b.genes)
-        for b in memory.events
+        for b in stored.events
         if isinstance(b, Born)
     ]
 
 
-def _lives(memory: StoredRobot) -> Table:
+def _lives(stored: StoredRobot) -> Table:
     columns = ("tick", "generation", "agent", "steps", "energy", "captures", "matings")
     return columns, [
         Row([getattr(event, name) for name in columns])
-        for event in memory.events
+        for event in stored.events
         if isinstance(event, Lived)
     ]
 
 
-def _pool(memory: StoredRobot) -> Table:
+def _pool(stored: StoredRobot) -> Table:
     return ("step", "mother", "father"), [
         Row([child.step, child.mother, child.father], pack_genes(child.genes))
-        for child in memory.pool
+        for child in stored.pool
     ]
 
 

@@ -53,27 +53,27 @@ def merge_robot_files(paths: Sequence[Path]) -> MergedHistory:
     return merge_robots([read_stored_robot(path) for path in paths])
 
 
-def merge_robots(memories: Sequence[StoredRobot]) -> MergedHistory:
+def merge_robots(stored_robots: Sequence[StoredRobot]) -> MergedHistory:
     """Put memories together."""
-    memories = sorted(memories, key=lambda memory: (_number_of(memory), memory.robot))
-    numbers = {memory.robot.hex(): number for number, memory in enumerate(memories)}
+    stored_robots = sorted(stored_robots, key=lambda stored: (_number_of(stored), stored.robot))
+    numbers = {stored.robot.hex(): number for number, stored in enumerate(stored_robots)}
     events: list[tuple[int, int, int, Event]] = []
-    for number, memory in enumerate(memories):
-        for event in memory.events:
+    for number, stored in enumerate(stored_robots):
+        for event in stored.events:
             renamed = _renamed(event, number, numbers)
             events.append((event.tick, _ORDER[type(event)], number, renamed))
-    matings, one_sided = _pair(memories, numbers)
+    matings, one_sided = _pair(stored_robots, numbers)
     events += [(mated.tick, _ORDER[Mated], mated.robot, mated) for mated in matings]
     events.sort(key=lambda entry: entry[:3])
     return MergedHistory(
-        tuple(memory.robot for memory in memories),
+        tuple(stored.robot for stored in stored_robots),
         tuple(entry[3] for entry in events),
         tuple(one_sided),
     )
 
 
-def _number_of(memory: StoredRobot) -> int:
-    return min((event.robot for event in memory.events if not isinstance(event, Mated)), default=0)
+def _number_of(stored: StoredRobot) -> int:
+    return min((event.robot for event in stored.events if not isinstance(event, Mated)), default=0)
 
 
 def _renamed(event: Event, number: int, numbers: Mapping[str, int]) -> Event:
@@ -93,14 +93,14 @@ def agent_by_number(name: str, numbers: Mapping[str, int]) -> str:
 
 
 def _pair(
-    memories: Sequence[StoredRobot], numbers: Mapping[str, int]
+    stored_robots: Sequence[StoredRobot], numbers: Mapping[str, int]
 ) -> tuple[list[Mated], list[OneSidedMating]]:
     """Return the matings that both sides have, as the embedded colony tells them, and those that one has alone."""
     sides: dict[Encounter, dict[RobotId, tuple[EncounterRecord, Decision]]] = {}
-    for memory in memories:
-        for record, decision in memory.matings:
+    for stored in stored_robots:
+        for record, decision in stored.matings:
             if decision is not None:
-                sides.setdefault(record.encounter, {})[memory.robot] = (record, decision)
+                sides.setdefault(record.encounter, {})[stored.robot] = (record, decision)
     matings, one_sided = [], []
     for both in sides.values():
         first, *others = sorted(both, key=lambda robot: numbers[robot.hex()])

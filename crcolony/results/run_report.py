@@ -19,44 +19,46 @@ from crcolony.robot.genes import agent_schema
 from crcolony.storage.files import ROBOT_FILE, FolderError, replace_file
 from crcolony.storage.sql import StorageError
 
-_MOST_PAIRS = 6
+_MAX_PAIRS = 6
 
 
 def print_run_report(console: Console, folder: Path, config: Config) -> None:
     """Put the memories of all robots of a folder together, write the results, and say them in words."""
-    memories = sorted(folder.glob(f"robots/*/{ROBOT_FILE}"), key=lambda path: int(path.parent.name))
+    stored_robots = sorted(
+        folder.glob(f"robots/*/{ROBOT_FILE}"), key=lambda path: int(path.parent.name)
+    )
     try:
-        chronicle = merge_robot_files(memories)
+        merged = merge_robot_files(stored_robots)
     except StorageError as error:
         console.print(f"no summary: {error}", highlight=False, soft_wrap=True)
         return
     genes = [gene.name for gene in agent_schema(config.learning, config.heredity).genes]
-    rows = list(generations_of(chronicle.events, genes))
-    for line in [*_in_words(chronicle), *_evolved(rows)]:
+    rows = list(generations_of(merged.events, genes))
+    for line in [*_in_words(merged), *_evolved(rows)]:
         console.print(line, highlight=False, soft_wrap=True)
-    _write(console, folder, chronicle, rows)
-    console.print(f"history hash: {chronicle.hash}", highlight=False, soft_wrap=True)
+    _write(console, folder, merged, rows)
+    console.print(f"history hash: {merged.hash}", highlight=False, soft_wrap=True)
 
 
-def _in_words(chronicle: MergedHistory) -> list[str]:
+def _in_words(merged: MergedHistory) -> list[str]:
     """Say who mated with whom, and how often that led to offspring."""
-    matings = [event for event in chronicle.events if isinstance(event, Mated)]
+    matings = [event for event in merged.events if isinstance(event, Mated)]
     if not matings:
         return ["nobody has mated yet"]
     pairs = Counter((mated.robot, mated.partner_robot) for mated in matings)
     conceptions = sum(mated.conceived + mated.partner_conceived for mated in matings)
     named = ", ".join(
         f"robots {one} and {other} {times} times" if times > 1 else f"robots {one} and {other} once"
-        for (one, other), times in pairs.most_common(_MOST_PAIRS)
+        for (one, other), times in pairs.most_common(_MAX_PAIRS)
     )
-    others = len(pairs) - _MOST_PAIRS
+    others = len(pairs) - _MAX_PAIRS
     lines = [
         f"{len(matings)} matings led to {conceptions} offspring: {named}"
         + (f", and {others} other pairs" if others > 0 else "")
     ]
-    if chronicle.one_sided:
+    if merged.one_sided:
         lines.append(
-            f"{len(chronicle.one_sided)} matings are in one memory alone: with a robot from"
+            f"{len(merged.one_sided)} matings are in one memory alone: with a robot from"
             " elsewhere, or one that has not come back"
         )
     return lines
@@ -68,7 +70,7 @@ def _evolved(rows: Sequence[dict[str, float]]) -> list[str]:
         ended = {0: "no generation has ended yet", 1: "only one generation has ended"}[len(rows)]
         return [f"{ended}: too few to say what evolves"]
     first, last = rows[0], rows[-1]
-    told = [
+    message = [
         f"{name} {first[key]:.2f} → {last[key]:.2f}"
         for key, name in (
             ("matings", "matings per agent"),
@@ -80,23 +82,23 @@ def _evolved(rows: Sequence[dict[str, float]]) -> list[str]:
         )
         if key in first and key in last
     ]
-    return [f"from generation 0 to {last['generation']:.0f}: {', '.join(told)}"]
+    return [f"from generation 0 to {last['generation']:.0f}: {', '.join(message)}"]
 
 
 def _write(
-    console: Console, folder: Path, chronicle: MergedHistory, rows: Sequence[dict[str, float]]
+    console: Console, folder: Path, merged: MergedHistory, rows: Sequence[dict[str, float]]
 ) -> None:
     description = json.dumps(
         {
             "status": "stopped",
             "generations": len(rows),
-            "history_hash": str(chronicle.hash),
-            "robots": [robot.hex() for robot in chronicle.robots],
+            "history_hash": str(merged.hash),
+            "robots": [robot.hex() for robot in merged.robots],
         },
         indent=2,
     ).encode()
     try:
-        write_history(folder / "history.sqlite", chronicle.events)
+        write_history(folder / "history.sqlite", merged.events)
         replace_file(folder / "run.json", lambda file: file.write(description))
         if rows:
             write_table(folder / "generations.csv", rows)

@@ -31,22 +31,22 @@ _owners: list[Any] = []
 """Of loaded machine code: they must outlive every call"""
 
 
-def load_step(robots: Robots, habits: StepParameters) -> Step:
+def load_step(robots: Robots, parameters: StepParameters) -> Step:
     """Return the control step of these robots: ready-made code, made first if there is none yet."""
     if is_switched_off():
-        return lambda i, observation, action: step_robot(robots, habits, i, observation, action)
-    layout = _layout(robots, habits)
+        return lambda i, observation, action: step_robot(robots, parameters, i, observation, action)
+    layout = _layout(robots, parameters)
     path = _path(layout)
     if not path.exists():
         _make(path, layout)
-    return _bind(_load(path), robots, habits)
+    return _bind(_load(path), robots, parameters)
 
 
-def _layout(robots: Robots, habits: StepParameters) -> tuple[tuple[str, str, str, int], ...]:
+def _layout(robots: Robots, parameters: StepParameters) -> tuple[tuple[str, str, str, int], ...]:
     """Return owner, name, type and dimensions of every field, which is what the machine code depends on."""
     return tuple(
         (type(owner).__name__, name, value.dtype.name, value.ndim)
-        for owner in (robots, habits)
+        for owner in (robots, parameters)
         for name, value in zip(owner._fields, map(np.asarray, owner), strict=True)
     )
 
@@ -61,9 +61,9 @@ def _path(layout: Sequence[tuple[str, str, str, int]]) -> Path:
     return cache_folder() / f"step-{digest}.o"
 
 
-def _bind(code: Any, robots: Robots, habits: StepParameters) -> Step:
+def _bind(code: Any, robots: Robots, parameters: StepParameters) -> Step:
     """Return the step over these arrays, which it keeps alive."""
-    table = _table(robots, habits)
+    table = _table(robots, parameters)
     seen, done = np.zeros(OBSERVATION_WIDTH), np.zeros(ACTION_WIDTH)
     addresses = (table.ctypes.data, seen.ctypes.data, done.ctypes.data)
 
@@ -72,7 +72,7 @@ def _bind(code: Any, robots: Robots, habits: StepParameters) -> Step:
         code(addresses[0], i, addresses[1], addresses[2])
         action[:] = done
 
-    step.owners = (table, robots, habits)  # type: ignore[attr-defined]
+    step.owners = (table, robots, parameters)  # type: ignore[attr-defined]
     return step
 
 
@@ -131,8 +131,8 @@ def _make(path: Path, layout: Sequence[tuple[str, str, str, int]]) -> None:
 
 
 def _entry(layout: Sequence[tuple[str, str, str, int]]) -> Callable[..., None]:
-    """Return the function that takes robots and habits out of the table, and lets `step_robot` do the rest."""
-    fields: dict[str, list[str]] = {"Robots": [], "Habits": []}
+    """Return the function that takes robots and parameters out of the table, and lets `step_robot` do the rest."""
+    fields: dict[str, list[str]] = {"Robots": [], "StepParameters": []}
     at = 0
     for owner, name, dtype, dimensions in layout:
         if dimensions:
@@ -148,12 +148,17 @@ def _entry(layout: Sequence[tuple[str, str, str, int]]) -> Callable[..., None]:
 def entry(address, i, observation, action):
     table = carray(word_pointer(address), ({at},))
     robots = Robots({", ".join(fields["Robots"])})
-    habits = Habits({", ".join(fields["Habits"])})
+    parameters = StepParameters({", ".join(fields["StepParameters"])})
     seen = carray(float_pointer(observation), ({OBSERVATION_WIDTH},))
     done = carray(float_pointer(action), ({ACTION_WIDTH},))
-    step_robot(robots, habits, i, seen, done)
+    step_robot(robots, parameters, i, seen, done)
 """
-    names = {"Robots": Robots, "Habits": StepParameters, "step_robot": step_robot, **_pointers()}
+    names = {
+        "Robots": Robots,
+        "StepParameters": StepParameters,
+        "step_robot": step_robot,
+        **_pointers(),
+    }
     exec(source, names)
     entry: Callable[..., None] = names["entry"]
     return entry

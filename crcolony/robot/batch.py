@@ -66,12 +66,14 @@ def weight_bytes(
     return 8 * count * life.agents * len(modules) * tiles * actions
 
 
-def empty_robots(count: int, habits: StepParameters, agents: int, genes: int, seed: int) -> Robots:
+def empty_robots(
+    count: int, parameters: StepParameters, agents: int, genes: int, seed: int
+) -> Robots:
     """Return `count` robots with nothing in them: no genotypes, no energy, nothing learnt."""
-    modules = habits.targets.shape[0]
-    actions = habits.wheels.shape[0]
-    tilings = habits.offsets.shape[0]
-    tiles = habits.grid_tiles + 2 * tilings
+    modules = parameters.targets.shape[0]
+    actions = parameters.wheels.shape[0]
+    tilings = parameters.offsets.shape[0]
+    tiles = parameters.grid_tiles + 2 * tilings
     clock = np.zeros((count, 3))
     clock[:, 0] = 1.0
     return Robots(
@@ -101,7 +103,7 @@ def empty_robots(count: int, habits: StepParameters, agents: int, genes: int, se
         chances=np.zeros(actions),
         next_tiles=np.zeros(tilings, dtype=np.int64),
         scratch_state=np.zeros(2),
-        scratch_distance=np.zeros(habits.distances.shape[0]),
-        scratch_bearing=np.zeros(habits.bearings.shape[0]),
+        scratch_distance=np.zeros(parameters.distances.shape[0]),
+        scratch_bearing=np.zeros(parameters.bearings.shape[0]),
         visible=np.zeros(modules),
     )

@@ -26,24 +26,24 @@ def make_robots(
     config: Config, names: Sequence[str], streams: NDArray[np.uint64]
 ) -> tuple[Robots, StepParameters, list[Robot]]:
     """Return robots that have not begun to live; `names` go into the ids of their agents, `streams` is (robots, 2)."""
-    habits = step_parameters(config.learning, config.life, config.body)
+    parameters = step_parameters(config.learning, config.life, config.body)
     schema = agent_schema(config.learning, config.heredity)
     heredity = config.heredity
-    batch = empty_robots(len(names), habits, config.life.agents, len(schema), config.seed)
+    batch = empty_robots(len(names), parameters, config.life.agents, len(schema), config.seed)
     batch.streams[...] = streams
     variation = variation_of(config)
     robots = [
         Robot(
             batch,
             row,
-            habits,
+            parameters,
             config.life,
             Subpopulation(name, schema, variation, batch.genotypes[row], heredity.pool_limit),
             time_sharing_of(config.life),
         )
         for row, name in enumerate(names)
     ]
-    return batch, habits, robots
+    return batch, parameters, robots
 
 
 def numbered_streams(seed: int, first: int, count: int) -> NDArray[np.uint64]:

@@ -37,7 +37,7 @@ class Robot:
         self,
         robots: Robots,
         row: int,
-        habits: StepParameters,
+        parameters: StepParameters,
         life: Life,
         subpopulation: Subpopulation,
         time_sharing: TimeSharing,
@@ -46,7 +46,7 @@ class Robot:
         self.generation = 0
         self.subpopulation = subpopulation
         self._robots = robots
-        self._habits = habits
+        self._parameters = parameters
         self._life = life
         self._time_sharing = time_sharing
         self._step: Step | None = None
@@ -72,9 +72,9 @@ class Robot:
         """What happened in the last step, as the event bits of `state.py`."""
         return int(self._robots.events[self.row])
 
-    def set_parameters(self, habits: StepParameters) -> None:
+    def set_parameters(self, parameters: StepParameters) -> None:
         """Live with another body from now on: the same modules and actions, other senses."""
-        self._habits, self._step = habits, None
+        self._parameters, self._step = parameters, None
 
     def start(self) -> list[Birth]:
         """Give the robot its first generation and its first agent; return the births."""
@@ -91,7 +91,7 @@ class Robot:
         `exchange` and `mate` after an encounter, then `hand_over` when the slice is over.
         """
         if self._step is None:
-            self._step = load_step(self._robots, self._habits)
+            self._step = load_step(self._robots, self._parameters)
         self._step(self.row, observation, self._action)
         return self._action
 
@@ -152,7 +152,7 @@ class Robot:
             robots.energy_sum,
         ):
             field[row] = 0
-        robots.weights[row] = self._habits.initial_weight
+        robots.weights[row] = self._parameters.initial_weight
 
     def _worth(self) -> FloatArray:
         """How well every agent has done for itself: matings per step lived (for informed time sharing only)."""

@@ -18,7 +18,7 @@ from crcolony.robot.state import DIED, MET, SLICE_OVER, Robots, StepParameters
 
 @compiled
 def step_robot(
-    robots: Robots, habits: StepParameters, i: int, observation: FloatArray, action: FloatArray
+    robots: Robots, parameters: StepParameters, i: int, observation: FloatArray, action: FloatArray
 ) -> None:
     """Let robot i live one control period: read its observation (row), write its action (row) and its events.
 
@@ -31,36 +31,36 @@ def step_robot(
     robots.steps[i] += 1
     robots.slice_steps_left[i] -= 1
     if robots.energies[i, agent] > 0.0:
-        _live(robots, habits, i, agent, observation)
+        _live(robots, parameters, i, agent, observation)
     if robots.energies[i, agent] > 0.0:
-        _perceive(robots, habits, i, observation)
-        _learn_and_choose(robots, habits, i, agent, observation)
+        _perceive(robots, parameters, i, observation)
+        _learn_and_choose(robots, parameters, i, agent, observation)
         if robots.slice_steps_left[i] > 0:
-            _drive(robots, habits, i, action)
+            _drive(robots, parameters, i, action)
     if robots.slice_steps_left[i] == 0:
-        _suspend(robots, habits, i, agent)
+        _suspend(robots, parameters, i, agent)
         robots.events[i] += SLICE_OVER
 
 
 @compiled
 def step_robots(
-    robots: Robots, habits: StepParameters, observations: FloatArray, actions: FloatArray
+    robots: Robots, parameters: StepParameters, observations: FloatArray, actions: FloatArray
 ) -> int:
     """Let all robots live one control period, rows (N, width) each; return the bits of all events together."""
     events = 0
     for i in range(robots.agent.shape[0]):
-        step_robot(robots, habits, i, observations[i], actions[i])
+        step_robot(robots, parameters, i, observations[i], actions[i])
         events |= robots.events[i]
     return events
 
 
 @compiled
 def _live(
-    robots: Robots, habits: StepParameters, i: int, agent: int, observation: FloatArray
+    robots: Robots, parameters: StepParameters, i: int, agent: int, observation: FloatArray
 ) -> None:
     """Spend and regain energy; count what was captured and who was met; die at 0."""
     charge = observation[contract.CHARGE]
-    energy = next_energy(robots.energies[i, agent], charge, habits.energy_per_step)
+    energy = next_energy(robots.energies[i, agent], charge, parameters.energy_per_step)
     robots.energies[i, agent] = energy
     robots.steps_alive[i, agent] += 1
     robots.energy_sum[i, agent] += energy
@@ -71,19 +71,19 @@ def _live(
         robots.events[i] += MET
     if energy <= 0.0:
         robots.events[i] += DIED
-        _suspend(robots, habits, i, agent)
+        _suspend(robots, parameters, i, agent)
 
 
 @compiled
-def _perceive(robots: Robots, habits: StepParameters, i: int, observation: FloatArray) -> None:
+def _perceive(robots: Robots, parameters: StepParameters, i: int, observation: FloatArray) -> None:
     """Note which targets are visible to their modules, and on which side they were seen last."""
-    for m in range(habits.targets.shape[0]):
-        if observation[habits.successes[m]] > 0.0:
-            robots.refractory_left[i, m] = habits.refractory_steps[m]
+    for m in range(parameters.targets.shape[0]):
+        if observation[parameters.successes[m]] > 0.0:
+            robots.refractory_left[i, m] = parameters.refractory_steps[m]
         elif robots.refractory_left[i, m] > 0:
             robots.refractory_left[i, m] -= 1
         robots.visible[m] = 0.0
-        target = habits.targets[m]
+        target = parameters.targets[m]
         if observation[target] > 0.0 and robots.refractory_left[i, m] == 0:
             robots.visible[m] = 1.0
             robots.sides[i, m] = 1 if observation[target + contract.BEARING] < 0.0 else 0
@@ -109,27 +109,27 @@ def select_module(genes: FloatArray, energy: float, visible: FloatArray, modules
 
 @compiled
 def _learn_and_choose(
-    robots: Robots, habits: StepParameters, i: int, agent: int, observation: FloatArray
+    robots: Robots, parameters: StepParameters, i: int, agent: int, observation: FloatArray
 ) -> None:
     """Select the module in control; learn from the last action (Algorithm 2.2 with eq. 3.2); choose the next.
 
     A module that hands over learns from its last action too, as if it went on greedily; then its traces end.
     """
     genes = robots.genotypes[i, agent]
-    modules = habits.targets.shape[0]
+    modules = parameters.targets.shape[0]
     before = robots.module[i]
     module = select_module(genes, robots.energies[i, agent], robots.visible, modules)
     if before >= 0 and before != module:
-        potential = _look(robots, habits, i, agent, before, observation)
+        potential = _look(robots, parameters, i, agent, before, observation)
         preferred = greedy(robots.values, draw(robots.streams[i]))
-        _learn(robots, habits, i, agent, before, observation, potential, preferred)
-        _suspend(robots, habits, i, agent)
-    potential = _look(robots, habits, i, agent, module, observation)
-    own = habits.selector_genes + module * habits.module_genes
+        _learn(robots, parameters, i, agent, before, observation, potential, preferred)
+        _suspend(robots, parameters, i, agent)
+    potential = _look(robots, parameters, i, agent, module, observation)
+    own = parameters.selector_genes + module * parameters.module_genes
     tau = hyperbolic_decay(genes[own + TAU], genes[own + TAU_DECAY], robots.used[i, agent, module])
     chosen = softmax(robots.values, tau, robots.chances, draw(robots.streams[i]))
     if before == module:
-        _learn(robots, habits, i, agent, module, observation, potential, chosen)
+        _learn(robots, parameters, i, agent, module, observation, potential, chosen)
     visit(
         robots.weights[i, agent, module],
         robots.traces[i],
@@ -138,9 +138,9 @@ def _learn_and_choose(
         robots.next_tiles,
         chosen,
         genes[own + GAMMA] * genes[own + LAMBDA],
-        genes[own + ALPHA] / habits.offsets.shape[0],
+        genes[own + ALPHA] / parameters.offsets.shape[0],
     )
-    for tiling in range(habits.offsets.shape[0]):
+    for tiling in range(parameters.offsets.shape[0]):
         robots.tiles[i, tiling] = robots.next_tiles[tiling]
     robots.module[i] = module
     robots.action[i] = chosen
@@ -150,48 +150,53 @@ def _learn_and_choose(
 
 @compiled
 def _look(
-    robots: Robots, habits: StepParameters, i: int, agent: int, module: int, observation: FloatArray
+    robots: Robots,
+    parameters: StepParameters,
+    i: int,
+    agent: int,
+    module: int,
+    observation: FloatArray,
 ) -> float:
     """Write a module's active tiles and action values of the present state to scratch; return its potential.
 
     A target out of sight has two tiles of its own in every tiling (last seen left, last seen right) and no potential.
     """
     genes = robots.genotypes[i, agent]
-    own = habits.selector_genes + module * habits.module_genes
+    own = parameters.selector_genes + module * parameters.module_genes
     potential = 0.0
     if robots.visible[module] > 0.0:
-        distance_m = observation[habits.targets[module] + contract.DISTANCE]
-        bearing_rad = observation[habits.targets[module] + contract.BEARING]
+        distance_m = observation[parameters.targets[module] + contract.DISTANCE]
+        bearing_rad = observation[parameters.targets[module] + contract.BEARING]
         robots.scratch_state[0] = distance_m
         robots.scratch_state[1] = bearing_rad
         tile_indices(
             robots.scratch_state,
-            habits.low,
-            habits.high,
-            habits.tiles,
-            habits.offsets,
+            parameters.low,
+            parameters.high,
+            parameters.tiles,
+            parameters.offsets,
             robots.next_tiles,
         )
         potential = grid_rbf_value(
             distance_m,
             abs(bearing_rad),
-            habits.distances,
-            habits.distance_width_m,
-            habits.bearings,
-            habits.bearing_width_rad,
-            genes[own + POTENTIAL : own + habits.module_genes],
+            parameters.distances,
+            parameters.distance_width_m,
+            parameters.bearings,
+            parameters.bearing_width_rad,
+            genes[own + POTENTIAL : own + parameters.module_genes],
             robots.scratch_distance,
             robots.scratch_bearing,
         )
     else:
-        for tiling in range(habits.offsets.shape[0]):
-            robots.next_tiles[tiling] = habits.grid_tiles + 2 * tiling + robots.sides[i, module]
+        for tiling in range(parameters.offsets.shape[0]):
+            robots.next_tiles[tiling] = parameters.grid_tiles + 2 * tiling + robots.sides[i, module]
     action_values(
         robots.weights[i, agent, module],
         robots.traces[i],
         robots.clock[i],
         robots.next_tiles,
-        genes[own + ALPHA] / habits.offsets.shape[0],
+        genes[own + ALPHA] / parameters.offsets.shape[0],
         robots.values,
     )
     return potential
@@ -200,7 +205,7 @@ def _look(
 @compiled
 def _learn(
     robots: Robots,
-    habits: StepParameters,
+    parameters: StepParameters,
     i: int,
     agent: int,
     module: int,
@@ -209,14 +214,14 @@ def _learn(
     following: int,
 ) -> None:
     """Update the module's weights by the TD error of the last action (eq. 2.25 and 3.1)."""
-    own = habits.selector_genes + module * habits.module_genes
+    own = parameters.selector_genes + module * parameters.module_genes
     gamma = robots.genotypes[i, agent, own + GAMMA]
-    rate = robots.genotypes[i, agent, own + ALPHA] / habits.offsets.shape[0]
+    rate = robots.genotypes[i, agent, own + ALPHA] / parameters.offsets.shape[0]
     weights = robots.weights[i, agent, module]
-    reward = 1.0 if observation[habits.successes[module]] > 0.0 else 0.0
+    reward = 1.0 if observation[parameters.successes[module]] > 0.0 else 0.0
     delta = reward + potential_shaping(gamma, potential, robots.potential[i])
     delta += gamma * robots.values[following]
-    for tiling in range(habits.offsets.shape[0]):
+    for tiling in range(parameters.offsets.shape[0]):
         tile = robots.tiles[i, tiling]
         settle(weights, robots.traces[i], robots.clock[i], tile, rate)
         delta -= weights[tile, robots.action[i]]
@@ -224,31 +229,31 @@ def _learn(
 
 
 @compiled
-def _suspend(robots: Robots, habits: StepParameters, i: int, agent: int) -> None:
+def _suspend(robots: Robots, parameters: StepParameters, i: int, agent: int) -> None:
     """End the traces of the module in control, paying what is owed to its weights."""
     module = robots.module[i]
     if module < 0:
         return
-    own = habits.selector_genes + module * habits.module_genes
-    rate = robots.genotypes[i, agent, own + ALPHA] / habits.offsets.shape[0]
+    own = parameters.selector_genes + module * parameters.module_genes
+    rate = robots.genotypes[i, agent, own + ALPHA] / parameters.offsets.shape[0]
     weights = robots.weights[i, agent, module]
     forget(weights, robots.traces[i], robots.active_tiles[i], robots.clock[i], rate)
     robots.module[i] = -1
 
 
 @compiled
-def _drive(robots: Robots, habits: StepParameters, i: int, action: FloatArray) -> None:
+def _drive(robots: Robots, parameters: StepParameters, i: int, action: FloatArray) -> None:
     """Write the chosen action: wheels, the module's beacon and lamp, and the time to live.
 
     The jaw is a reflex: it latches on whatever comes into reach, whichever module drives.
     """
     module = robots.module[i]
     chosen = robots.action[i]
-    action[contract.WHEEL_LEFT] = habits.wheels[chosen, 0]
-    action[contract.WHEEL_RIGHT] = habits.wheels[chosen, 1]
+    action[contract.WHEEL_LEFT] = parameters.wheels[chosen, 0]
+    action[contract.WHEEL_RIGHT] = parameters.wheels[chosen, 1]
     action[contract.JAW] = 1.0
     if robots.refractory_left[i, module] == 0:
-        action[contract.BEACON] = habits.beacons[module]
+        action[contract.BEACON] = parameters.beacons[module]
     for c in range(3):
-        action[contract.LED + c] = habits.lamps[module, c]
-    action[contract.TTL] = habits.action_ttl_s
+        action[contract.LED + c] = parameters.lamps[module, c]
+    action[contract.TTL] = parameters.action_ttl_s

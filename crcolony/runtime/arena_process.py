@@ -40,14 +40,14 @@ class ArenaProcess:
         inbox: Inbox,
         wall_period_s: float | None,
         checkpoint: Path | None,
-        say: Callable[[str], None],
+        print_line: Callable[[str], None],
     ) -> None:
         self._node, self._name = node, name
         self._transport, self._inbox = transport, inbox
         self._wall_period_s = wall_period_s
         self._checkpoint = checkpoint
-        self._say = say
-        self._reception = ArenaServer(node, transport.remove_robot, say, name)
+        self._print_line = print_line
+        self._server = ArenaServer(node, transport.remove_robot, print_line, name)
         self._scenes = 0
         now_s = time.monotonic()
         self._scene_due_s = self._housekeeping_due_s = now_s
@@ -65,9 +65,9 @@ class ArenaProcess:
         while not is_stopped():
             repeat_s = time.monotonic() + _REPEAT_S
             while not self._node.is_ready and not is_stopped():
-                arrival = self._inbox.get(_REPEAT_S)
-                if arrival is not None:
-                    self._take(arrival)
+                event = self._inbox.get(_REPEAT_S)
+                if event is not None:
+                    self._take(event)
                 now_s = time.monotonic()
                 if now_s >= repeat_s:
                     repeat_s = now_s + _REPEAT_S
@@ -82,9 +82,9 @@ class ArenaProcess:
         while not is_stopped():
             now_s = time.monotonic()
             while now_s < due_s and not is_stopped():
-                arrival = self._inbox.get(due_s - now_s)
-                if arrival is not None:
-                    self._take(arrival)
+                event = self._inbox.get(due_s - now_s)
+                if event is not None:
+                    self._take(event)
                 now_s = time.monotonic()
             self._advance()
             due_s += period_s
@@ -100,8 +100,8 @@ class ArenaProcess:
         for robot in robots:
             self._transport.publish_observation(robot, self._node.observation(robot))
 
-    def _take(self, arrival: InboundEvent) -> None:
-        self._reception.handle_event(time.monotonic(), arrival)
+    def _take(self, event: InboundEvent) -> None:
+        self._server.handle_event(time.monotonic(), event)
 
     # Now and then ----------------------------------------------------------------------------------------------
 
@@ -112,7 +112,7 @@ class ArenaProcess:
             self._transport.publish_scene(encode(self._scene()))
         if now_s >= self._housekeeping_due_s:
             self._housekeeping_due_s = now_s + _HOUSEKEEPING_S
-            self._reception.remove_absent(now_s)
+            self._server.remove_absent(now_s)
         if now_s >= self._save_due_s:
             self._save_due_s = now_s + _SAVE_PERIOD_S
             self._save()
@@ -127,7 +127,7 @@ class ArenaProcess:
         try:
             replace_file(self._checkpoint, lambda file: write_checkpoint(file, self._node.save()))
         except OSError as error:
-            self._say(f"{self._checkpoint}: not saved: {error.strerror}")
+            self._print_line(f"{self._checkpoint}: not saved: {error.strerror}")
 
 
 def restore_arena(node: ArenaNode, checkpoint: Path) -> bool:

@@ -59,8 +59,8 @@ class HostProcess(ArenaProcess):
         transport: ArenaTransport,
         robots: list[RobotNode],
         batch: Robots,
-        habits: StepParameters,
-        letters: RobotTransport,
+        parameters: StepParameters,
+        envelopes: RobotTransport,
         inbox: Inbox,
         wall_period_s: float | None,
         checkpoint: Path,
@@ -69,7 +69,7 @@ class HostProcess(ArenaProcess):
         super().__init__(node, name, transport, inbox, wall_period_s, checkpoint, print_line)
         self._robots = robots
         self._here = {robot.id: robot for robot in robots}
-        self._batch, self._habits, self._letters = batch, habits, letters
+        self._batch, self._parameters, self._robot_transport = batch, parameters, envelopes
         self._actions = np.zeros((len(robots), contract.ACTION_WIDTH))
         self._snapshot_s = max(_SNAPSHOT_S, _SNAPSHOT_ROBOT_S * len(robots))
         now_s = time.monotonic()
@@ -83,35 +83,35 @@ class HostProcess(ArenaProcess):
         `settings` are what every robot tells of its own.
         """
         now_s = time.monotonic()
-        for place, robot in enumerate(self._robots):
+        for slot, robot in enumerate(self._robots):
             robot.start(now_s)
-            self._node.join(Join(robot.id, colony, place))
+            self._node.join(Join(robot.id, colony, slot))
             robot.arena, robot.settings = self._name, settings
-            self._letters.add_robot(robot.id, robot.incarnation)
+            self._robot_transport.add_robot(robot.id, robot.incarnation)
 
     def stop(self) -> None:
         """Save all robots, and let them be gone from the network."""
         for robot in self._robots:
             robot.save()
-            self._letters.remove_robot(robot.id)
+            self._robot_transport.remove_robot(robot.id)
 
     def _run_in_lockstep(self, is_stopped: Callable[[], bool]) -> None:
         """As fast as possible: nobody is waited for, robots of other processes least of all."""
         while not is_stopped():
             self._advance()
-            while (arrival := self._inbox.get(0.0)) is not None:
-                self._take(arrival)
+            while (event := self._inbox.get(0.0)) is not None:
+                self._take(event)
             self._keep_house(time.monotonic())
 
     def _advance(self) -> None:
         """Let one control period pass for the world, and for the minds of the robots here."""
         node = self._node
-        for place, action in enumerate(self._actions):
-            node.set_action(place, action)
+        for slot, action in enumerate(self._actions):
+            node.set_action(slot, action)
         node.step()
         observations = node.arena.world.observations[-1]
         here = observations[: len(self._robots)]
-        if step_robots(self._batch, self._habits, here, self._actions):
+        if step_robots(self._batch, self._parameters, here, self._actions):
             self._attend(here)
         self._observe(robot for robot in node.robots if robot not in self._here)
 
@@ -128,18 +128,18 @@ class HostProcess(ArenaProcess):
         partner = self._node.occupant(int(observation[contract.ENCOUNTER_ROBOT]))
         return Contact(partner, int(observation[contract.ENCOUNTER_NONCE])) if partner else None
 
-    def _take(self, arrival: InboundEvent) -> None:
+    def _take(self, event: InboundEvent) -> None:
         now_s = time.monotonic()
-        match arrival:
+        match event:
             case EnvelopeReceived(to=to, envelope=envelope) if to in self._here:
                 self._here[to].handle_envelope(now_s, envelope)
             case RobotOnline(robot=peer, incarnation=incarnation, session=session):
-                super()._take(arrival)
+                super()._take(event)
                 for robot in self._robots:
                     robot.handle_peer_online(now_s, peer, incarnation, session)
             case RobotOffline(robot=peer, incarnation=incarnation, session=session):
                 if peer not in self._here:
-                    super()._take(arrival)
+                    super()._take(event)
                 for robot in self._robots:
                     robot.handle_peer_offline(now_s, peer, incarnation, session)
             case QueryReceived(topic="history", robot=asked, payload=payload, reply=reply):
@@ -149,7 +149,7 @@ class HostProcess(ArenaProcess):
             ):
                 self._here[asked].reply_metadata(payload, reply)
             case _:
-                super()._take(arrival)
+                super()._take(event)
 
     def _keep_house(self, now_s: float) -> None:
         super()._keep_house(now_s)
@@ -166,7 +166,7 @@ class HostProcess(ArenaProcess):
             self._robots[self._saved_last].save()
         if now_s >= self._line_due_s:
             self._line_due_s = now_s + _PLAIN_LINES_S
-            self._say(self._in_words())
+            self._print_line(self._in_words())
 
     def _in_words(self) -> str:
         robots = self._robots
@@ -193,8 +193,8 @@ def run_host(
     make_folder(folder)
     keep_config(folder, config)
     inbox = Inbox()
-    world = secrets.randbelow(2**62)
-    node = new_arena(config, world, lockstep=False, expect=0)
+    arena_run = secrets.randbelow(2**62)
+    node = new_arena(config, arena_run, lockstep=False, expect=0)
     folders = [folder / "robots" / str(number) for number in range(count)]
     identities = []
     for own in folders:
@@ -202,7 +202,9 @@ def run_host(
         key = own / KEY_FILE
         identities.append(load_key(key) if key.exists() else create_key(key))
     ids: list[RobotId] = [identity.id for identity in identities]
-    batch, habits, robots = make_robots(config, [robot.hex() for robot in ids], own_streams(ids))
+    batch, parameters, robots = make_robots(
+        config, [robot.hex() for robot in ids], own_streams(ids)
+    )
     restore_arena(node, folder / ARENA_CHECKPOINT)
     step_robots(  # compiles before anybody waits
         *make_robots(config, ["0"], own_streams(ids[:1]))[:2],
@@ -212,25 +214,27 @@ def run_host(
     stop = ShutdownSignal(minutes, wake=inbox.wake)
     with contextlib.ExitStack() as opened:
         session = opened.enter_context(open_session(network))
-        letters = RobotTransport(session, colony, arena, inbox.deliver)
+        envelopes = RobotTransport(session, colony, arena, inbox.deliver)
         nodes = []
         for number, (identity, robot, own) in enumerate(
             zip(identities, robots, folders, strict=True)
         ):
             schema = bytes.fromhex(robot.subpopulation.schema.digest)
-            memory = RobotStore(own / ROBOT_FILE, identity.id, schema)
-            opened.callback(memory.close)
-            life = memory.begin_incarnation(int(time.time()))
-            nodes.append(RobotNode(identity, colony, number, robot, batch, memory, life, letters))
-        transport = ArenaTransport(session, arena, world, inbox.deliver)
+            store = RobotStore(own / ROBOT_FILE, identity.id, schema)
+            opened.callback(store.close)
+            incarnation = store.begin_incarnation(int(time.time()))
+            nodes.append(
+                RobotNode(identity, colony, number, robot, batch, store, incarnation, envelopes)
+            )
+        transport = ArenaTransport(session, arena, arena_run, inbox.deliver)
         process = HostProcess(
-            node, arena, transport, nodes, batch, habits, letters, inbox, wall_period_s,
+            node, arena, transport, nodes, batch, parameters, envelopes, inbox, wall_period_s,
             folder / ARENA_CHECKPOINT, print_line,
         )  # fmt: skip
         process.start(colony, settings_of_robot(config, config.body))
-        places = config.robots - count
+        slots = config.robots - count
         print_line(
-            f"{count} robots of colony {colony} in arena {arena}, and {places} places for others"
+            f"{count} robots of colony {colony} in arena {arena}, and {slots} places for others"
         )
         try:
             process.run(stop)

@@ -65,7 +65,7 @@ def run_launch(launch: LaunchOptions) -> int:
 def _attend(
     console: Console,
     children: list[ChildProcess],
-    watcher: TelemetrySubscriber,
+    subscriber: TelemetrySubscriber,
     stop: ShutdownSignal,
     woken: threading.Event,
 ) -> None:
@@ -78,22 +78,22 @@ def _attend(
         while not stop() and not _is_over(children):
             woken.wait(_REFRESH_S)
             now_s = time.monotonic()
-            watcher.poll()
+            subscriber.poll()
             for child in children:
-                news = child.restart_if_dead(now_s) or _where(child, shown_at)
-                if news:
-                    console.print(news, highlight=False, soft_wrap=True)
-            if not is_discovered and _all_see_all(watcher, len(robots)):
+                changes = child.restart_if_dead(now_s) or _where(child, shown_at)
+                if changes:
+                    console.print(changes, highlight=False, soft_wrap=True)
+            if not is_discovered and _all_see_all(subscriber, len(robots)):
                 is_discovered = True
                 console.print(
                     f"{len(robots)} robots see each other after {now_s - started_s:.1f} s",
                     highlight=False,
                 )
             if live is not None:
-                live.update(table_of(watcher.monitor, time.time()))
+                live.update(table_of(subscriber.monitor, time.time()))
             elif now_s - said_s >= _PLAIN_LINES_S:
                 said_s = now_s
-                console.print(plain_line(watcher.monitor), highlight=False, soft_wrap=True)
+                console.print(plain_line(subscriber.monitor), highlight=False, soft_wrap=True)
 
 
 def _where(child: ChildProcess, said: set[str]) -> str | None:
@@ -123,8 +123,8 @@ def _session(network: NetworkSettings) -> zenoh.Session:
                 raise
 
 
-def _all_see_all(watcher: TelemetrySubscriber, count: int) -> bool:
-    states = [watched.state for watched in watcher.monitor.alive]
+def _all_see_all(subscriber: TelemetrySubscriber, count: int) -> bool:
+    states = [status.state for status in subscriber.monitor.alive]
     return sum(s is not None and s.peers >= count - 1 for s in states) >= count
 
 

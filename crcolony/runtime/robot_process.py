@@ -12,7 +12,7 @@ from crcolony.transport.inbox import Inbox
 from crcolony.transport.interface import NetworkError
 from crcolony.transport.zenoh_robots import RobotTransport
 
-_LONGEST_WAIT_S = 0.5
+_MAX_WAIT_S = 0.5
 
 
 class RobotProcess:
@@ -25,16 +25,16 @@ class RobotProcess:
         inbox: Inbox,
         config: Config,
         arena: str,
-        wanted_place: int,
+        wanted_slot: int,
         snapshot_s: float,
         reopen: Callable[[], zenoh.Session],
-        say: Callable[[str], None],
+        print_line: Callable[[str], None],
     ) -> None:
         self._node, self._transport, self._inbox = node, transport, inbox
-        self._reopen, self._say = reopen, say
+        self._reopen, self._print_line = reopen, print_line
         self._is_stopped: Callable[[], bool] = lambda: False
         self._robot = EmbodiedRobot(
-            node, transport, config, arena, wanted_place, snapshot_s, self._reconnect_session, say,
+            node, transport, config, arena, wanted_slot, snapshot_s, self._reconnect_session, print_line,
             lambda: inbox.dropped,
         )  # fmt: skip
 
@@ -47,10 +47,10 @@ class RobotProcess:
         self._transport.add_robot(node.id, node.incarnation)
         try:
             while not is_stopped() and not robot.is_done:
-                wait_s = min(robot.next_s - time.monotonic(), _LONGEST_WAIT_S)
-                arrival = self._inbox.get(max(wait_s, 0.0))
-                if arrival is not None:
-                    robot.handle_event(time.monotonic(), arrival)
+                wait_s = min(robot.next_s - time.monotonic(), _MAX_WAIT_S)
+                event = self._inbox.get(max(wait_s, 0.0))
+                if event is not None:
+                    robot.handle_event(time.monotonic(), event)
                 self._keep_time(time.monotonic())
         finally:
             robot.release_body()
@@ -70,8 +70,8 @@ class RobotProcess:
             try:
                 self._transport.reconnect(self._reopen)
             except NetworkError as error:  # a router that is away just now
-                self._say(f"{error}; trying again")
-                self._inbox.get(_LONGEST_WAIT_S)
+                self._print_line(f"{error}; trying again")
+                self._inbox.get(_MAX_WAIT_S)
             else:
                 self._node.session = self._transport.name
                 return

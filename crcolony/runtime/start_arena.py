@@ -30,31 +30,31 @@ def run_arena(
     """
     inbox = Inbox()
     stop = ShutdownSignal(wake=inbox.wake)
-    world = secrets.randbelow(2**62)
+    arena_run = secrets.randbelow(2**62)
     with open_session(network) as session:
         from crcolony.runtime.arena_process import ArenaProcess, restore_arena
 
         new_arena(config, 0, lockstep=False, expect=0).step()  # compiles before anybody waits
-        node = new_arena(config, world, wall_period_s is None, expect)
+        node = new_arena(config, arena_run, wall_period_s is None, expect)
         checkpoint = None
         if folder is not None:
             make_folder(folder)
             checkpoint = folder / ARENA_CHECKPOINT
             if restore_arena(node, checkpoint):
                 print_line(f"goes on from tick {node.tick}")
-        transport = ArenaTransport(session, name, world, inbox.deliver)
+        transport = ArenaTransport(session, name, arena_run, inbox.deliver)
         process = ArenaProcess(node, name, transport, inbox, wall_period_s, checkpoint, print_line)
         print_line(f"arena {name} with {config.robots} places, {_clock_in_words(wall_period_s)}")
         process.run(stop)
         print_line(f"stopped at tick {node.tick}")
 
 
-def new_arena(config: Config, world: int, lockstep: bool, expect: int) -> "ArenaNode":
+def new_arena(config: Config, arena_run: int, lockstep: bool, expect: int) -> "ArenaNode":
     """Return an arena; raises ConfigError if its settings are impossible."""
     from crcolony.nodes.arena_node import ArenaNode
 
     try:
-        return ArenaNode(config, world, lockstep, expect)
+        return ArenaNode(config, arena_run, lockstep, expect)
     except ValueError as error:
         raise ConfigError(str(error)) from None
 

@@ -61,9 +61,9 @@ def run_robot(options: RobotOptions) -> None:
     schema = bytes.fromhex(robot.subpopulation.schema.digest)
     warm_up(config)
     with contextlib.ExitStack() as opened:
-        memory = RobotStore(options.folder / ROBOT_FILE, identity.id, schema)
-        opened.callback(memory.close)
-        life = memory.begin_incarnation(int(time.time()))
+        store = RobotStore(options.folder / ROBOT_FILE, identity.id, schema)
+        opened.callback(store.close)
+        incarnation = store.begin_incarnation(int(time.time()))
         session = open_session(options.network)
         transport = RobotTransport(session, options.colony, options.arena, inbox.deliver)
         opened.callback(transport.close)
@@ -73,11 +73,11 @@ def run_robot(options: RobotOptions) -> None:
             number,
             robot,
             batch,
-            memory,
-            life,
+            store,
+            incarnation,
             transport,
             allow,
-            hear=_say_event,
+            on_event=_say_event,
         )
         print_line(f"robot {identity.id.hex()} of colony {options.colony}")
         process = RobotProcess(

@@ -135,8 +135,8 @@ class LaunchNetworks:
 
 def networks_of(launch: LaunchOptions) -> LaunchNetworks:
     """Return how to connect: as told, or by a seed on this machine, which is a router for more than a mesh carries."""
-    told = launch.network
-    if told is None:
+    message = launch.network
+    if message is None:
         is_free = launch.robots_only or not is_taken(HERE)
         seed = HERE if is_free else f"tcp/127.0.0.1:{free_port()}"
         joining, beginning = NetworkSettings(connect=(seed,)), NetworkSettings(listen=(seed,))
@@ -146,9 +146,11 @@ def networks_of(launch: LaunchOptions) -> LaunchNetworks:
                 client, client, NetworkSettings(role="router", listen=(seed,)), seed
             )
         return LaunchNetworks(joining, beginning, None, seed)
-    if launch.robots_only or not told.listen:
-        return LaunchNetworks(told, told, None, (*told.connect, f"--interface {told.interface}")[0])
-    return LaunchNetworks(NetworkSettings(connect=told.listen), told, None, told.listen[0])
+    if launch.robots_only or not message.listen:
+        return LaunchNetworks(
+            message, message, None, (*message.connect, f"--interface {message.interface}")[0]
+        )
+    return LaunchNetworks(NetworkSettings(connect=message.listen), message, None, message.listen[0])
 
 
 def _words(network: NetworkSettings) -> list[str]:

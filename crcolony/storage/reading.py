@@ -59,10 +59,10 @@ def read_stored_robot(path: Path) -> StoredRobot:
             source.backup(database)
         database.isolation_level = None
         migrate(database, path)
-        return _memory(database, check(database, path), path)
+        return _store(database, check(database, path), path)
 
 
-def _memory(database: sqlite3.Connection, checked: Checked, path: Path) -> StoredRobot:
+def _store(database: sqlite3.Connection, checked: Checked, path: Path) -> StoredRobot:
     head = checked.head
     base = head.base(checked.damaged)
     rows = select(database, "SELECT * FROM encounters ORDER BY seq")

@@ -25,7 +25,6 @@ from crcolony.protocol.encounters import EncounterRecord
 from crcolony.protocol.identity import RobotId
 from crcolony.storage.checkpoint import CheckpointError, write_checkpoint
 from crcolony.storage.integrity import check
-from crcolony.storage.reading import read_stored_robot
 from crcolony.storage.rows import (
     UNDECIDED,
     WAITING,
@@ -49,16 +48,6 @@ from crcolony.storage.sql import (
     select,
     update,
 )
-
-__all__ = [
-    "Decision",
-    "Memory",
-    "Store",
-    "FatalStorageError",
-    "StorageError",
-    "StorageFullError",
-    "read_stored_robot",
-]
 
 _encode = msgspec.msgpack.Encoder().encode
 

@@ -13,7 +13,7 @@ from crcolony.telemetry.sequence_gaps import TRIES
 
 ANSWER_S = 2.0
 """A question that is not answered so soon is asked again, or given up."""
-MOST_UNDER_WAY, _MOST_ABOUT = 20, 10
+MAX_UNDER_WAY, _MAX_ABOUT = 20, 10
 """Questions at a time, and how many of these may be about robots and arenas: who does not answer blocks a place."""
 TURN_ROBOTS = 32
 """So many robots are asked about in every period, in turn."""
@@ -103,16 +103,16 @@ class BackfillScheduler:
                 if asked.tries + 1 < TRIES:
                     self._about.setdefault(who, asked.tries + 1)
             elif isinstance(who, bytes):
-                watched = robots[who]
-                if watched.sequence is not None and watched.incarnation == asked.incarnation:
-                    watched.sequence.handle_no_reply(asked.first)
+                status = robots[who]
+                if status.sequence is not None and status.incarnation == asked.incarnation:
+                    status.sequence.handle_no_reply(asked.first)
 
     def _take_turns(self, unix_s: float, robots: Mapping[RobotId, RobotStatus]) -> None:
         """In every period the next robots are asked about again."""
         if 0.0 < self._turn_due_s - unix_s <= self._about_period_s:
             return
         self._turn_due_s = unix_s + self._about_period_s
-        alive = [robot for robot, watched in robots.items() if watched.is_alive]
+        alive = [robot for robot, status in robots.items() if status.is_alive]
         for place in range(self._turn, self._turn + min(TURN_ROBOTS, len(alive))):
             self._about.setdefault(alive[place % len(alive)], 0)
         self._turn = (self._turn + TURN_ROBOTS) % max(len(alive), 1)
@@ -124,9 +124,9 @@ class BackfillScheduler:
         arenas: Mapping[str, ArenaStatus],
     ) -> list[BackfillRequest]:
         asked: list[BackfillRequest] = []
-        room = _MOST_ABOUT - sum(way.kind == "metadata" for way in self._under_way.values())
+        room = _MAX_ABOUT - sum(way.kind == "metadata" for way in self._under_way.values())
         for who in list(self._about):
-            if len(asked) >= room or len(self._under_way) >= MOST_UNDER_WAY:
+            if len(asked) >= room or len(self._under_way) >= MAX_UNDER_WAY:
                 break
             if who in self._under_way:
                 continue
@@ -140,19 +140,19 @@ class BackfillScheduler:
     def _pasts(self, unix_s: float, robots: Mapping[RobotId, RobotStatus]) -> list[BackfillRequest]:
         asked: list[BackfillRequest] = []
         for robot in list(self._past):
-            if len(self._under_way) >= MOST_UNDER_WAY:
+            if len(self._under_way) >= MAX_UNDER_WAY:
                 break
-            watched = robots[robot]
-            if watched.sequence is None or not watched.sequence.missing:
+            status = robots[robot]
+            if status.sequence is None or not status.sequence.missing:
                 del self._past[robot]
                 continue
-            first = watched.sequence.due(unix_s)
-            if first is None or not watched.is_alive or robot in self._under_way:
+            first = status.sequence.due(unix_s)
+            if first is None or not status.is_alive or robot in self._under_way:
                 continue
             self._past[robot] = self._past.pop(robot)
-            self._under_way[robot] = PendingRequest(unix_s, "history", watched.incarnation, first)
-            key = ColonyKeys(watched.colony).history(robot)
-            asked.append(BackfillRequest(key, encode(HistoryRequest(watched.incarnation, first))))
+            self._under_way[robot] = PendingRequest(unix_s, "history", status.incarnation, first)
+            key = ColonyKeys(status.colony).history(robot)
+            asked.append(BackfillRequest(key, encode(HistoryRequest(status.incarnation, first))))
         return asked
 
 
@@ -162,5 +162,5 @@ def _key_about(
     """Return where to ask about somebody who is on the network."""
     if isinstance(who, str):
         return ArenaKeys(who).metadata if arenas[who].is_alive else None
-    watched = robots[who]
-    return ColonyKeys(watched.colony).metadata(who) if watched.is_alive else None
+    status = robots[who]
+    return ColonyKeys(status.colony).metadata(who) if status.is_alive else None

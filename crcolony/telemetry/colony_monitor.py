@@ -22,29 +22,11 @@ from crcolony.protocol.telemetry_messages import (
 )
 from crcolony.telemetry.backfill import BackfillRequest, BackfillScheduler
 from crcolony.telemetry.presence import PresenceTable
-from crcolony.telemetry.robot_status import ArenaStatus, RobotStatus
+from crcolony.telemetry.robot_status import RobotStatus
 from crcolony.telemetry.status_changes import (
-    ArenaJoined,
-    ArenaLeft,
     EventReceived,
     StatusChange,
 )
-
-__all__ = [
-    "Appeared",
-    "ArenaJoined",
-    "ArenaLeft",
-    "Happened",
-    "Heard",
-    "SampleKind",
-    "News",
-    "BackfillRequest",
-    "Restarted",
-    "Vanished",
-    "ColonyMonitor",
-    "RobotStatus",
-    "ArenaStatus",
-]
 
 SampleKind = Literal["alive", "gone", "state", "event", "scene", "history", "metadata"]
 _settings = msgspec.json.Decoder(dict[str, dict[str, Any]])
@@ -69,9 +51,9 @@ class ColonyMonitor:
 
     def __init__(self, *, history: int = 0, about_period_s: float = 10.0) -> None:
         self._history = history
-        self._asking = BackfillScheduler(about_period_s)
-        self._census = PresenceTable(self._asking)
-        self.robots, self.arenas = self._census.robots, self._census.arenas
+        self._backfill = BackfillScheduler(about_period_s)
+        self._presence = PresenceTable(self._backfill)
+        self.robots, self.arenas = self._presence.robots, self._presence.arenas
         self.samples: Counter[SampleKind] = Counter()
         self.bytes = 0
         self.malformed = 0
@@ -81,12 +63,12 @@ class ColonyMonitor:
     @property
     def ignored(self) -> int:
         """How often there was no room for somebody."""
-        return self._census.ignored
+        return self._presence.ignored
 
     @property
     def alive(self) -> list[RobotStatus]:
         """Robots on the network, in order of their number and id."""
-        return [watched for watched in self.all if watched.is_alive]
+        return [status for status in self.all if status.is_alive]
 
     @property
     def all(self) -> list[RobotStatus]:
@@ -97,140 +79,140 @@ class ColonyMonitor:
 
     def handle_timeouts(self, unix_s: float) -> None:
         """Forget who is not on the network and has been silent for long."""
-        self._census.remove_silent(unix_s)
+        self._presence.remove_silent(unix_s)
 
     def due_requests(self, unix_s: float) -> list[BackfillRequest]:
         """Return what to ask now; whoever does not ask does not call this."""
-        return self._asking.due_requests(unix_s, self.robots, self.arenas)
+        return self._backfill.due_requests(unix_s, self.robots, self.arenas)
 
-    def handle_sample(self, heard: TelemetrySample) -> list[StatusChange]:
+    def handle_sample(self, sample: TelemetrySample) -> list[StatusChange]:
         """Take what was heard; return what is new, in the order in which it happened."""
-        self.samples[heard.kind] += 1
-        self.bytes += len(heard.data)
+        self.samples[sample.kind] += 1
+        self.bytes += len(sample.data)
         try:
-            match heard.kind:
+            match sample.kind:
                 case "alive":
-                    return self._census.handle_token_declared(heard.key, _unix_s(heard))
+                    return self._presence.handle_token_declared(sample.key, _unix_s(sample))
                 case "gone":
-                    return self._census.handle_token_undeclared(heard.key, _unix_s(heard))
+                    return self._presence.handle_token_undeclared(sample.key, _unix_s(sample))
                 case "state":
-                    return self._take_state(heard)
+                    return self._take_state(sample)
                 case "event":
-                    colony, robot = _robot_of(heard)
-                    return self._take_told(robot, colony, heard.data, _unix_s(heard))
+                    colony, robot = _robot_of(sample)
+                    return self._take_told(robot, colony, sample.data, _unix_s(sample))
                 case "scene":
-                    return self._take_scene(heard)
+                    return self._take_scene(sample)
                 case "history":
-                    return self._take_past(heard)
+                    return self._take_past(sample)
                 case "metadata":
-                    return self._take_about(heard)
+                    return self._take_about(sample)
         except WireError:
             self.malformed += 1
         return []
 
     # What they tell ------------------------------------------------------------------------------------------------
 
-    def _take_state(self, heard: TelemetrySample) -> list[StatusChange]:
-        colony, robot = _robot_of(heard)
-        state = decode_state(heard.data)
+    def _take_state(self, sample: TelemetrySample) -> list[StatusChange]:
+        colony, robot = _robot_of(sample)
+        state = decode_state(sample.data)
         _demand(state.robot == robot)
-        unix_s = _unix_s(heard)
-        watched = self._census.robot(robot, colony, unix_s)
-        if watched is None:
+        unix_s = _unix_s(sample)
+        status = self._presence.robot(robot, colony, unix_s)
+        if status is None:
             return []
-        news = self._census.start_incarnation(watched, state.incarnation)
-        if state.incarnation != watched.incarnation:
+        changes = self._presence.start_incarnation(status, state.incarnation)
+        if state.incarnation != status.incarnation:
             self.stale += 1
-            return news
-        watched.state, watched.updated_s = state, unix_s
-        gaps = watched.track_events(state.seq, self._history)
-        gaps.announce_up_to(state.seq, unix_s)
-        if gaps.missing:
-            self._asking.request_history(robot)
-        return news
+            return changes
+        status.state, status.updated_s = state, unix_s
+        sequence = status.track_events(state.seq, self._history)
+        sequence.announce_up_to(state.seq, unix_s)
+        if sequence.missing:
+            self._backfill.request_history(robot)
+        return changes
 
     def _take_told(
         self, robot: RobotId, colony: str, data: bytes, unix_s: float
     ) -> list[StatusChange]:
-        told = decode_event(data)
-        _demand(told.robot == robot and told.seq > 0)
-        watched = self._census.robot(robot, colony, unix_s)
-        if watched is None:
+        message = decode_event(data)
+        _demand(message.robot == robot and message.seq > 0)
+        status = self._presence.robot(robot, colony, unix_s)
+        if status is None:
             return []
-        news = self._census.start_incarnation(watched, told.incarnation)
-        if told.incarnation != watched.incarnation:
-            is_new = watched.fill(told)
+        changes = self._presence.start_incarnation(status, message.incarnation)
+        if message.incarnation != status.incarnation:
+            is_new = status.fill(message)
             self.stale += not is_new
         else:
-            gaps = watched.track_events(told.seq - 1, self._history)
-            is_new = gaps.record(told.seq, unix_s)
-            if gaps.missing:
-                self._asking.request_history(robot)
-        return [*news, EventReceived(told)] if is_new else news
+            sequence = status.track_events(message.seq - 1, self._history)
+            is_new = sequence.record(message.seq, unix_s)
+            if sequence.missing:
+                self._backfill.request_history(robot)
+        return [*changes, EventReceived(message)] if is_new else changes
 
-    def _take_scene(self, heard: TelemetrySample) -> list[StatusChange]:
-        scene = decode_scene(heard.data)
-        _demand(scene.arena == key_expressions.parse_arena_topic(heard.key, "scene"))
-        arena = self._census.arena(scene.arena, _unix_s(heard))
+    def _take_scene(self, sample: TelemetrySample) -> list[StatusChange]:
+        scene = decode_scene(sample.data)
+        _demand(scene.arena == key_expressions.parse_arena_topic(sample.key, "scene"))
+        arena = self._presence.arena(scene.arena, _unix_s(sample))
         if arena is not None:
-            arena.scene, arena.updated_s = scene, _unix_s(heard)
+            arena.scene, arena.updated_s = scene, _unix_s(sample)
         return []
 
     # What they answer ----------------------------------------------------------------------------------------------
 
-    def _take_past(self, heard: TelemetrySample) -> list[StatusChange]:
-        colony, robot = _robot_of(heard)
-        past = decode_history_reply(heard.data)
-        news: list[StatusChange] = []
+    def _take_past(self, sample: TelemetrySample) -> list[StatusChange]:
+        colony, robot = _robot_of(sample)
+        past = decode_history_reply(sample.data)
+        changes: list[StatusChange] = []
         for data in past.events:
             try:
-                news += self._take_told(robot, colony, data, _unix_s(heard))
+                changes += self._take_told(robot, colony, data, _unix_s(sample))
             except WireError:
                 self.malformed += 1
-        watched = self.robots.get(robot)
-        asked = self._asking.complete(robot, "history")
-        if watched is None or watched.sequence is None or past.incarnation != watched.incarnation:
-            return news
-        watched.sequence.drop_before(past.oldest)
+        status = self.robots.get(robot)
+        asked = self._backfill.complete(robot, "history")
+        if status is None or status.sequence is None or past.incarnation != status.incarnation:
+            return changes
+        status.sequence.drop_before(past.oldest)
         if asked is not None and asked.incarnation == past.incarnation:
-            watched.sequence.handle_reply(asked.first, is_empty=not past.events)
-        return news
+            status.sequence.handle_reply(asked.first, is_empty=not past.events)
+        return changes
 
-    def _take_about(self, heard: TelemetrySample) -> list[StatusChange]:
-        if key_expressions.parse_arena_topic(heard.key, "metadata") is not None:
-            return self._take_about_arena(heard)
-        colony, robot = _robot_of(heard)
-        about = decode_robot_metadata(heard.data)
+    def _take_about(self, sample: TelemetrySample) -> list[StatusChange]:
+        if key_expressions.parse_arena_topic(sample.key, "metadata") is not None:
+            return self._take_about_arena(sample)
+        colony, robot = _robot_of(sample)
+        about = decode_robot_metadata(sample.data)
         _demand(about.robot == robot and _are_settings(about.settings))
-        watched = self._census.robot(robot, colony, _unix_s(heard))
-        if watched is None:
+        status = self._presence.robot(robot, colony, _unix_s(sample))
+        if status is None:
             return []
-        news = self._census.start_incarnation(watched, about.incarnation)
-        if about.incarnation != watched.incarnation:
+        changes = self._presence.start_incarnation(status, about.incarnation)
+        if about.incarnation != status.incarnation:
             self.stale += 1
         else:
-            watched.metadata = about
-            self._asking.complete(robot, "metadata")
-        return news
+            status.metadata = about
+            self._backfill.complete(robot, "metadata")
+        return changes
 
-    def _take_about_arena(self, heard: TelemetrySample) -> list[StatusChange]:
-        about = decode_arena_metadata(heard.data)
-        _demand(about.arena == key_expressions.parse_arena_topic(heard.key, "metadata"))
+    def _take_about_arena(self, sample: TelemetrySample) -> list[StatusChange]:
+        about = decode_arena_metadata(sample.data)
+        _demand(about.arena == key_expressions.parse_arena_topic(sample.key, "metadata"))
         _demand(_are_settings(about.settings))
-        arena = self._census.arena(about.arena, _unix_s(heard))
+        arena = self._presence.arena(about.arena, _unix_s(sample))
         if arena is not None:
             arena.metadata = about
-            self._asking.complete(about.arena, "metadata")
+            self._backfill.complete(about.arena, "metadata")
         return []
 
 
-def _unix_s(heard: TelemetrySample) -> float:
-    return heard.unix_ms / 1000.0
+def _unix_s(sample: TelemetrySample) -> float:
+    return sample.unix_ms / 1000.0
 
 
-def _robot_of(heard: TelemetrySample) -> tuple[str, RobotId]:
+def _robot_of(sample: TelemetrySample) -> tuple[str, RobotId]:
     """Return the colony and the robot that a key names; raises WireError if it names none."""
-    named = key_expressions.parse_robot_topic(heard.key, heard.kind)
+    named = key_expressions.parse_robot_topic(sample.key, sample.kind)
     if named is None:
         raise WireError("a key that names no robot")
     return named

@@ -17,7 +17,7 @@ from crcolony.telemetry.status_changes import (
     StatusChange,
 )
 
-MOST_ROBOTS, MOST_ARENAS, _MOST_TOKENS = 10_000, 1_000, 100
+MAX_ROBOTS, MAX_ARENAS, _MAX_TOKENS = 10_000, 1_000, 100
 """That are remembered; tokens of each"""
 FORGET_S = 600.0
 """Who is not on the network and has said nothing for so long is forgotten."""
@@ -75,10 +75,10 @@ class BoundedRegistry(Generic[Name, Entry]):
 class PresenceTable:
     """Robots and arenas, by their tokens and by what was heard of them; `asking` learns whom to ask about."""
 
-    def __init__(self, asking: BackfillScheduler) -> None:
-        self._asking = asking
-        self._robots = BoundedRegistry[RobotId, RobotStatus](MOST_ROBOTS, asking.forget)
-        self._arenas = BoundedRegistry[str, ArenaStatus](MOST_ARENAS, asking.forget)
+    def __init__(self, backfill: BackfillScheduler) -> None:
+        self._backfill = backfill
+        self._robots = BoundedRegistry[RobotId, RobotStatus](MAX_ROBOTS, backfill.forget)
+        self._arenas = BoundedRegistry[str, ArenaStatus](MAX_ARENAS, backfill.forget)
         self.robots, self.arenas = self._robots.entries, self._arenas.entries
         self.ignored = 0
         """How often there was no room for somebody, or for a token"""
@@ -90,9 +90,9 @@ class PresenceTable:
 
     def robot(self, robot: RobotId, colony: str, unix_s: float) -> RobotStatus | None:
         """Return a robot that is heard now; None if there is no room for it."""
-        watched = self._robots.get_or_create(robot, unix_s, lambda: RobotStatus(robot, colony))
-        self.ignored += watched is None
-        return watched
+        status = self._robots.get_or_create(robot, unix_s, lambda: RobotStatus(robot, colony))
+        self.ignored += status is None
+        return status
 
     def arena(self, name: str, unix_s: float) -> ArenaStatus | None:
         """Return an arena that is heard now; None if there is no room for it."""
@@ -100,24 +100,24 @@ class PresenceTable:
         self.ignored += arena is None
         return arena
 
-    def start_incarnation(self, watched: RobotStatus, life: int) -> list[StatusChange]:
+    def start_incarnation(self, status: RobotStatus, incarnation: int) -> list[StatusChange]:
         """Hear of a robot's life; return what is new in that.
 
         While it is on the network only a life that has a token is believed: it comes onto the network before it tells
         anything, and a lie about a life to come would make everybody deaf to the present one.
         """
-        if life <= watched.incarnation or (
-            watched.incarnations and life > max(watched.incarnations)[0]
+        if incarnation <= status.incarnation or (
+            status.incarnations and incarnation > max(status.incarnations)[0]
         ):
             return []
-        is_first = watched.incarnation < 0
-        watched.start_incarnation(life)
-        if watched.is_alive:
-            self._asking.request_metadata(watched.robot)
+        is_first = status.incarnation < 0
+        status.start_incarnation(incarnation)
+        if status.is_alive:
+            self._backfill.request_metadata(status.robot)
         if is_first:
             return []
-        watched.restarts += 1
-        return [RobotRestarted(watched.robot, life)]
+        status.restarts += 1
+        return [RobotRestarted(status.robot, incarnation)]
 
     # Tokens ----------------------------------------------------------------------------------------------------------
 
@@ -136,17 +136,17 @@ class PresenceTable:
     def _robot_appears(
         self, token: key_expressions.RobotToken, unix_s: float
     ) -> list[StatusChange]:
-        watched = self.robot(token.robot, token.colony, unix_s)
-        if watched is None or not self._has_room(watched.incarnations):
+        status = self.robot(token.robot, token.colony, unix_s)
+        if status is None or not self._has_room(status.incarnations):
             return []
-        was_alive, watched.colony = watched.is_alive, token.colony
-        watched.incarnations[token.incarnation, token.session] = None
+        was_alive, status.colony = status.is_alive, token.colony
+        status.incarnations[token.incarnation, token.session] = None
         self._robots.mark_present(token.robot)
-        news: list[StatusChange] = [] if was_alive else [RobotJoined(token.robot)]
-        news += self.start_incarnation(watched, token.incarnation)
-        if watched.metadata is None or watched.metadata.incarnation != watched.incarnation:
-            self._asking.request_metadata(token.robot)
-        return news
+        changes: list[StatusChange] = [] if was_alive else [RobotJoined(token.robot)]
+        changes += self.start_incarnation(status, token.incarnation)
+        if status.metadata is None or status.metadata.incarnation != status.incarnation:
+            self._backfill.request_metadata(token.robot)
+        return changes
 
     def _arena_appears(
         self, token: key_expressions.ArenaToken, unix_s: float
@@ -159,7 +159,7 @@ class PresenceTable:
         arena.arena_run = token.arena_run
         self._arenas.mark_present(token.arena)
         if token.arena_run != was_world:
-            self._asking.request_metadata(token.arena)
+            self._backfill.request_metadata(token.arena)
         return [] if was_alive else [ArenaJoined(token.arena)]
 
     def handle_token_undeclared(self, key: str, unix_s: float) -> list[StatusChange]:
@@ -169,9 +169,9 @@ class PresenceTable:
             key_expressions.parse_arena_token(key),
         )
         if robot is not None:
-            watched = self.robots.get(robot.robot)
-            if watched is not None and _lose(
-                watched.incarnations, (robot.incarnation, robot.session)
+            status = self.robots.get(robot.robot)
+            if status is not None and _lose(
+                status.incarnations, (robot.incarnation, robot.session)
             ):
                 self._robots.mark_absent(robot.robot, unix_s)
                 return [RobotLeft(robot.robot)]
@@ -185,7 +185,7 @@ class PresenceTable:
         return []
 
     def _has_room(self, tokens: dict[tuple[int, str], None]) -> bool:
-        has_room = len(tokens) < _MOST_TOKENS
+        has_room = len(tokens) < _MAX_TOKENS
         self.ignored += not has_room
         return has_room
 

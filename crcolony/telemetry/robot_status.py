@@ -50,14 +50,14 @@ class RobotStatus:
             self._missed_before + older + (self.sequence.missed if self.sequence is not None else 0)
         )
 
-    def start_incarnation(self, life: int) -> None:
+    def start_incarnation(self, incarnation: int) -> None:
         """Hear of a newer life."""
         if self.sequence is not None:
             self.sequence.close()
             if self._older is not None:
                 self._missed_before += self._older[1].missed
             self._older = self.incarnation, self.sequence
-        self.incarnation, self.sequence = life, None
+        self.incarnation, self.sequence = incarnation, None
 
     def track_events(self, seen: int, history: int) -> SequenceTracker:
         """Return the gaps of the present life; `seen` is the last event so far if nothing was heard of it yet."""
@@ -65,11 +65,11 @@ class RobotStatus:
             self.sequence = SequenceTracker(seen, history)
         return self.sequence
 
-    def fill(self, told: EventMessage) -> bool:
+    def fill(self, message: EventMessage) -> bool:
         """Take an event of an older life; tell whether it is one that was known to be missing."""
-        if self._older is None or self._older[0] != told.incarnation:
+        if self._older is None or self._older[0] != message.incarnation:
             return False
-        return self._older[1].fill_gap(told.seq)
+        return self._older[1].fill_gap(message.seq)
 
 
 @dataclass

@@ -6,7 +6,7 @@ PATIENCE_S = 1.0
 """An event that a state names may be on its way for so long before anybody asks for it."""
 TRIES = 3
 """So many questions without a useful answer, and a gap is given up."""
-MOST_GAPS = 100
+MAX_GAPS = 100
 """Beyond it the oldest is closed: gaps take memory, and anybody can make them."""
 
 
@@ -50,7 +50,7 @@ class SequenceTracker:
         self._closed = 0
         """Missed in gaps that were closed"""
         before = Gap(1, seen, is_missed=False)
-        self._gaps = [
+        self._open_gaps = [
             *(replace(gap, is_wanted=False) for gap in before.part(1, seen - history)),
             *before.part(seen - history + 1, seen),
         ]
@@ -58,16 +58,16 @@ class SequenceTracker:
     @property
     def missing(self) -> int:
         """How many events are wanted and have not come."""
-        return sum(gap.size for gap in self._gaps if gap.is_wanted)
+        return sum(gap.size for gap in self._open_gaps if gap.is_wanted)
 
     @property
     def missed(self) -> int:
         """How many events were told, or named, and have not come."""
-        return self._closed + sum(gap.size for gap in self._gaps if gap.is_missed)
+        return self._closed + sum(gap.size for gap in self._open_gaps if gap.is_missed)
 
     def due(self, unix_s: float) -> int | None:
         """Return the first event to ask for now, if there is one."""
-        for gap in self._gaps:
+        for gap in self._open_gaps:
             if gap.is_wanted and gap.due_s <= unix_s:
                 return gap.first
         return None
@@ -84,9 +84,9 @@ class SequenceTracker:
 
     def fill_gap(self, seq: int) -> bool:
         """Take an event that is known not to have come; tell whether it was."""
-        for place, gap in enumerate(self._gaps):
+        for place, gap in enumerate(self._open_gaps):
             if gap.first <= seq <= gap.last:
-                self._gaps[place : place + 1] = [
+                self._open_gaps[place : place + 1] = [
                     *gap.part(gap.first, seq - 1),
                     *gap.part(seq + 1, gap.last),
                 ]
@@ -102,17 +102,17 @@ class SequenceTracker:
         """Miss what comes after the latest that is known of, up to a number."""
         if last <= self.last:
             return
-        before = self._gaps[-1] if self._gaps else None
+        before = self._open_gaps[-1] if self._open_gaps else None
         if before and before.last == self.last and before.is_wanted and before.is_missed:
-            self._gaps[-1] = replace(before, last=last)
+            self._open_gaps[-1] = replace(before, last=last)
         else:
-            self._gaps.append(Gap(self.last + 1, last, due_s))
+            self._open_gaps.append(Gap(self.last + 1, last, due_s))
         self.last = last
         self._make_room()
 
     def _make_room(self) -> None:
-        while len(self._gaps) > MOST_GAPS:
-            closed = self._gaps.pop(0)
+        while len(self._open_gaps) > MAX_GAPS:
+            closed = self._open_gaps.pop(0)
             self._closed += closed.size if closed.is_missed else 0
 
     # What is asked -------------------------------------------------------------------------------------------------
@@ -129,21 +129,21 @@ class SequenceTracker:
 
     def handle_no_reply(self, first: int) -> None:
         """Hear that a question for events from `first` on was of no use; nothing happens if that one has come."""
-        for place, gap in enumerate(self._gaps):
+        for place, gap in enumerate(self._open_gaps):
             if gap.first == first and gap.is_wanted:
                 tries = gap.tries + 1
                 is_over = tries >= TRIES
-                self._gaps[place] = replace(
+                self._open_gaps[place] = replace(
                     gap, tries=tries, is_wanted=not is_over, is_missed=gap.is_missed or is_over
                 )
 
     def drop_before(self, oldest: int) -> None:
         """Hear that nobody keeps what is older than this: it need not be asked for."""
-        gaps: list[Gap] = []
-        for gap in self._gaps:
-            gaps += [replace(gone, is_wanted=False) for gone in gap.part(1, oldest - 1)]
-            gaps += gap.part(oldest, gap.last)
-        self._gaps = gaps
+        sequence: list[Gap] = []
+        for gap in self._open_gaps:
+            sequence += [replace(gone, is_wanted=False) for gone in gap.part(1, oldest - 1)]
+            sequence += gap.part(oldest, gap.last)
+        self._open_gaps = sequence
         self._make_room()
 
     def close(self) -> None:
@@ -152,9 +152,13 @@ class SequenceTracker:
 
     def _remove_from(self, first: int) -> None:
         """Miss nothing from a number on; above the latest that has come, it is as if nobody had named any."""
-        while self._gaps and self._gaps[-1].last == self.last and self._gaps[-1].first >= first:
-            self.last = self._gaps.pop().first - 1
-        self._gaps = [
+        while (
+            self._open_gaps
+            and self._open_gaps[-1].last == self.last
+            and self._open_gaps[-1].first >= first
+        ):
+            self.last = self._open_gaps.pop().first - 1
+        self._open_gaps = [
             replace(gap, is_wanted=False, is_missed=False) if gap.first >= first else gap
-            for gap in self._gaps
+            for gap in self._open_gaps
         ]

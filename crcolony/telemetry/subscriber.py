@@ -16,7 +16,7 @@ from crcolony.telemetry.backfill import ANSWER_S, BackfillRequest
 from crcolony.telemetry.colony_monitor import ColonyMonitor, SampleKind, TelemetrySample
 from crcolony.telemetry.status_changes import StatusChange
 
-_MOST_WAITING, _MOST_BYTES = 100_000, 256 * 2**20
+_MAX_WAITING, _MAX_BYTES = 100_000, 256 * 2**20
 """Of what was heard and waits for `update`; beyond it, it is dropped and counted."""
 _LONGEST: dict[SampleKind, int] = {
     "state": MAX_BODY_MESSAGE_BYTES,
@@ -42,10 +42,10 @@ class TelemetrySubscriber:
         *,
         asks: bool = False,
         history: int = 0,
-        hear: Callable[[TelemetrySample], None] | None = None,
+        on_event: Callable[[TelemetrySample], None] | None = None,
     ) -> None:
         self.monitor = ColonyMonitor(history=history)
-        self._session, self._asks, self._hear = session, asks, hear
+        self._session, self._asks, self._on_event = session, asks, on_event
         self._waiting = _Waiting()
         of = ColonyKeys(colony)
         live = session.liveliness()
@@ -67,17 +67,17 @@ class TelemetrySubscriber:
 
     def poll(self) -> list[StatusChange]:
         """Take in what was heard since the last time, ask what is to be asked, and return what is new."""
-        news: list[StatusChange] = []
-        for heard in self._waiting.take_all():
-            if self._hear is not None:
-                self._hear(heard)
-            news += self.monitor.handle_sample(heard)
+        changes: list[StatusChange] = []
+        for sample in self._waiting.take_all():
+            if self._on_event is not None:
+                self._on_event(sample)
+            changes += self.monitor.handle_sample(sample)
         unix_s = time.time()
         self.monitor.handle_timeouts(unix_s)
         if self._asks:
-            for question in self.monitor.due_requests(unix_s):
-                self._ask(question)
-        return news
+            for request in self.monitor.due_requests(unix_s):
+                self._ask(request)
+        return changes
 
     def _listen(self, kind: SampleKind) -> Any:
         def on_sample(sample: zenoh.Sample) -> None:
@@ -86,17 +86,17 @@ class TelemetrySubscriber:
 
         return Callback(on_sample, indirect=False)
 
-    def _ask(self, question: BackfillRequest) -> None:
+    def _ask(self, request: BackfillRequest) -> None:
         """Ask all who answer to a key: one of them may be an impostor."""
 
         def on_reply(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
-                self._put(question.kind, reply.ok)
+                self._put(request.kind, reply.ok)
 
         self._session.get(
-            question.key,
+            request.key,
             Callback(on_reply, indirect=False),
-            payload=question.payload,
+            payload=request.payload,
             timeout=ANSWER_S,
             target=zenoh.QueryTarget.ALL,
             consolidation=zenoh.ConsolidationMode.NONE,
@@ -119,15 +119,15 @@ class _Waiting:
         self._bytes = 0
         self._lock = threading.Lock()
 
-    def put(self, heard: TelemetrySample) -> None:
+    def put(self, sample: TelemetrySample) -> None:
         """Enqueue, from any thread."""
-        room = 2 if heard.kind in ("alive", "gone") else 1
+        room = 2 if sample.kind in ("alive", "gone") else 1
         with self._lock:
-            if len(self._heard) >= room * _MOST_WAITING or self._bytes >= room * _MOST_BYTES:
+            if len(self._heard) >= room * _MAX_WAITING or self._bytes >= room * _MAX_BYTES:
                 self.dropped += 1
                 return
-            self._heard.append(heard)
-            self._bytes += len(heard.data)
+            self._heard.append(sample)
+            self._bytes += len(sample.data)
 
     def take_all(self) -> deque[TelemetrySample]:
         """Return all that waits, in the order in which it came."""

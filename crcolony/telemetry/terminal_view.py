@@ -28,58 +28,58 @@ def run_top(network: NetworkSettings, colony: str, seconds: float | None) -> int
     woken = threading.Event()
     stop = ShutdownSignal(seconds / 60.0 if seconds else None, wake=woken.set)
     with open_session(network) as session:
-        watcher = TelemetrySubscriber(session, colony)
+        subscriber = TelemetrySubscriber(session, colony)
         if console.is_terminal:
             with Live(console=console, refresh_per_second=4, screen=False) as live:
                 while not stop():
-                    watcher.poll()
-                    live.update(table_of(watcher.monitor, time.time()))
+                    subscriber.poll()
+                    live.update(table_of(subscriber.monitor, time.time()))
                     woken.wait(_REFRESH_S)
         else:
             while not stop():
                 woken.wait(min(_PLAIN_LINES_S, seconds or _PLAIN_LINES_S))
-                watcher.poll()
-                console.print(plain_line(watcher.monitor), highlight=False, soft_wrap=True)
+                subscriber.poll()
+                console.print(plain_line(subscriber.monitor), highlight=False, soft_wrap=True)
     return 0
 
 
-def table_of(watch: ColonyMonitor, unix_s: float) -> Table:
+def table_of(monitor: ColonyMonitor, unix_s: float) -> Table:
     """Return the present state as a table with a row for each robot."""
-    table = Table(box=None, pad_edge=False, title_justify="left", title=headline(watch))
+    table = Table(box=None, pad_edge=False, title_justify="left", title=headline(monitor))
     for name in ("robot", "", "energy", "module", "gen", "matings", "children", "pool", "doubt"):
         is_number = name in ("gen", "matings", "children", "pool", "doubt")
         table.add_column(name, justify="right" if is_number else "left", no_wrap=True)
     table.add_column("age", justify="right")
     table.add_column("lost", justify="right")
-    if not watch.robots:
+    if not monitor.robots:
         table.add_row("no robots yet; looking …")
-    for watched in watch.all:
-        table.add_row(*_row(watched, unix_s))
+    for status in monitor.all:
+        table.add_row(*_row(status, unix_s))
     return table
 
 
-def headline(watch: ColonyMonitor) -> str:
+def headline(monitor: ColonyMonitor) -> str:
     """Say how many robots are alive, and what the arenas do."""
     arenas = [
         f"arena {name}: " + (f"tick {arena.scene.tick}" if arena.scene else "quiet")
         if arena.is_alive
         else f"arena {name}: gone"
-        for name, arena in sorted(watch.arenas.items())
+        for name, arena in sorted(monitor.arenas.items())
     ]
-    return f"{len(watch.alive)} robots alive   " + ("   ".join(arenas) or "no arena in sight")
+    return f"{len(monitor.alive)} robots alive   " + ("   ".join(arenas) or "no arena in sight")
 
 
-def _row(watched: RobotStatus, unix_s: float) -> list[str]:
-    state, name = watched.state, watched.robot.hex()[:8]
+def _row(status: RobotStatus, unix_s: float) -> list[str]:
+    state, name = status.state, status.robot.hex()[:8]
     if state is None:
-        return [name, "alive" if watched.is_alive else "gone"]
-    age_s = unix_s - watched.updated_s
-    how = "gone" if not watched.is_alive else "silent" if age_s > SILENT_AFTER_S else "alive"
+        return [name, "alive" if status.is_alive else "gone"]
+    age_s = unix_s - status.updated_s
+    how = "gone" if not status.is_alive else "silent" if age_s > SILENT_AFTER_S else "alive"
     style = {"gone": "[dim red]", "silent": "[yellow]", "alive": "[green]"}[how]
     bar = "█" * round(8 * state.energy)
     return [
         f"{name} #{state.number}",
-        f"{style}{how}[/]" + (f" ({watched.restarts} restarts)" if watched.restarts else ""),
+        f"{style}{how}[/]" + (f" ({status.restarts} restarts)" if status.restarts else ""),
         f"{bar:░<8} {state.energy:.2f}",
         {0: "foraging", 1: "mating"}.get(state.module, "-") if state.arena else "no body",
         str(state.generation),
@@ -88,18 +88,18 @@ def _row(watched: RobotStatus, unix_s: float) -> list[str]:
         str(state.pool),
         f"{state.doubts}" + (f" ({state.orphaned} orphaned)" if state.orphaned else ""),
         f"{age_s:.1f} s",
-        str(watched.missed + state.dropped),
+        str(status.missed + state.dropped),
     ]
 
 
-def plain_line(watch: ColonyMonitor) -> str:
+def plain_line(monitor: ColonyMonitor) -> str:
     """Say the same in one line."""
-    states = [watched.state for watched in watch.alive if watched.state is not None]
+    states = [status.state for status in monitor.alive if status.state is not None]
     if not states:
-        return headline(watch).strip()
+        return headline(monitor).strip()
     energy = sum(state.energy for state in states) / len(states)
     return (
-        f"{headline(watch)}   generation {min(state.generation for state in states)},"
+        f"{headline(monitor)}   generation {min(state.generation for state in states)},"
         f" matings {sum(state.matings for state in states) / 2:g},"
         f" offspring {sum(state.conceptions for state in states)}, energy {energy:.2f}"
     )
@@ -108,51 +108,51 @@ def plain_line(watch: ColonyMonitor) -> str:
 def run_status(network: NetworkSettings, colony: str, seconds: float, as_json: bool) -> None:
     """Listen for a while, then say who is alive and how they are."""
     with open_session(network) as session:
-        watcher = TelemetrySubscriber(session, colony)
+        subscriber = TelemetrySubscriber(session, colony)
         end_s = time.monotonic() + seconds
         settled_s = time.monotonic() + min(seconds, 0.7)
         pause = threading.Event()
         while time.monotonic() < end_s:
             pause.wait(0.05)
-            watcher.poll()
-            known = watcher.monitor.alive
-            is_known = bool(known) and all(watched.state for watched in known)
+            subscriber.poll()
+            known = subscriber.monitor.alive
+            is_known = bool(known) and all(status.state for status in known)
             if is_known and time.monotonic() > settled_s:
                 break
-        watcher.poll()
+        subscriber.poll()
         if as_json:
-            print(json.dumps(as_dict(watcher.monitor, time.time()), indent=2))
+            print(json.dumps(as_dict(subscriber.monitor, time.time()), indent=2))
         else:
             console = Console()
             console.width = max(console.width, _TABLE_WIDTH)
-            console.print(table_of(watcher.monitor, time.time()))
+            console.print(table_of(subscriber.monitor, time.time()))
 
 
-def as_dict(watch: ColonyMonitor, unix_s: float) -> dict[str, Any]:
+def as_dict(monitor: ColonyMonitor, unix_s: float) -> dict[str, Any]:
     """Return what is known, for programs."""
     return {
-        "robots": [_robot_as_dict(watched, unix_s) for watched in watch.all],
+        "robots": [_robot_as_dict(status, unix_s) for status in monitor.all],
         "arenas": [
             {
                 "name": name,
                 "alive": arena.is_alive,
                 "tick": arena.scene.tick if arena.scene else None,
             }
-            for name, arena in sorted(watch.arenas.items())
+            for name, arena in sorted(monitor.arenas.items())
         ],
     }
 
 
-def _robot_as_dict(watched: RobotStatus, unix_s: float) -> dict[str, Any]:
-    state = watched.state
-    told: dict[str, Any] = {"id": watched.robot.hex(), "colony": watched.colony}
-    told["alive"] = watched.is_alive
+def _robot_as_dict(status: RobotStatus, unix_s: float) -> dict[str, Any]:
+    state = status.state
+    message: dict[str, Any] = {"id": status.robot.hex(), "colony": status.colony}
+    message["alive"] = status.is_alive
     if state is None:
-        return told | dict.fromkeys(("energy", "generation", "matings"))
+        return message | dict.fromkeys(("energy", "generation", "matings"))
     fields = (
         "number", "arena", "incarnation", "tick", "generation", "agent", "energy", "matings",
         "conceptions", "captures", "pool", "waiting", "doubts", "orphaned", "peers", "refused", "dropped",
         "faults", "period_ms",
     )  # fmt: skip
-    told |= {name: getattr(state, name) for name in fields}
-    return told | {"age_s": round(unix_s - watched.updated_s, 3), "missed": watched.missed}
+    message |= {name: getattr(state, name) for name in fields}
+    return message | {"age_s": round(unix_s - status.updated_s, 3), "missed": status.missed}

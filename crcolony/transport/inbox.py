@@ -14,7 +14,7 @@ from crcolony.transport.interface import (
     SceneReceived,
 )
 
-_MOST_WAITING, _MOST_BYTES = 2048, 8 * 2**20
+_MAX_WAITING, _MAX_BYTES = 2048, 8 * 2**20
 """What waits to be looked at, at most; beyond it, it is dropped and counted. Presence is never dropped."""
 
 
@@ -32,25 +32,25 @@ class Inbox:
         """Of the letters and questions in `_later`"""
         self._lock = threading.Lock()
 
-    def deliver(self, arrival: InboundEvent) -> None:
+    def deliver(self, event: InboundEvent) -> None:
         """Enqueue, from any thread."""
-        if isinstance(arrival, ObservationReceived | ActionReceived | JoinReplyReceived):
-            if self._first.qsize() < _MOST_WAITING:
-                self._first.put(arrival)
+        if isinstance(event, ObservationReceived | ActionReceived | JoinReplyReceived):
+            if self._first.qsize() < _MAX_WAITING:
+                self._first.put(event)
             else:
                 self.dropped += 1
             return
         with self._lock:
             size, is_needed = (
-                _size(arrival),
-                not isinstance(arrival, EnvelopeReceived | QueryReceived | SceneReceived),
+                _size(event),
+                not isinstance(event, EnvelopeReceived | QueryReceived | SceneReceived),
             )
-            has_room = len(self._later) < _MOST_WAITING and self._bytes + size <= _MOST_BYTES
+            has_room = len(self._later) < _MAX_WAITING and self._bytes + size <= _MAX_BYTES
             if not (has_room or is_needed):
                 self.dropped += 1
                 return
             self._bytes += size
-            self._later.append(arrival)
+            self._later.append(event)
         if self._first.empty():
             self.wake()
 
@@ -62,28 +62,28 @@ class Inbox:
         """Wait for the next arrival; None after the time, or when woken."""
         is_woken = False
         try:
-            while (arrival := self._first.get(False)) is None:
+            while (event := self._first.get(False)) is None:
                 is_woken = True
         except Empty:
             if is_woken or self._later or timeout_s <= 0.0:
                 return self._next()
             try:
-                arrival = self._first.get(timeout=timeout_s)
+                event = self._first.get(timeout=timeout_s)
             except Empty:
                 return None
-        return arrival or self._next()
+        return event or self._next()
 
     def _next(self) -> InboundEvent | None:
         with self._lock:
             if not self._later:
                 return None
-            arrival = self._later.popleft()
-            self._bytes -= _size(arrival)
-            return arrival
+            event = self._later.popleft()
+            self._bytes -= _size(event)
+            return event
 
 
-def _size(arrival: InboundEvent) -> int:
-    match arrival:
+def _size(event: InboundEvent) -> int:
+    match event:
         case (
             EnvelopeReceived(envelope=data)
             | QueryReceived(payload=data)

@@ -125,7 +125,7 @@ Deliver = Callable[[InboundEvent], None]
 class Transport(Protocol):
     """Carries a robot's bytes. No call waits for the other side; whatever is sent may be lost."""
 
-    def send_envelope(self, to: RobotId, letter: bytes) -> None:
+    def send_envelope(self, to: RobotId, envelope: bytes) -> None:
         """Post a letter to another robot of the colony."""
         ...
 

@@ -26,7 +26,7 @@ class LivelinessCheck:
         self._seen: set[str] = set()
         self._missing: dict[str, float] = {}
         """Peers without a token, and since when"""
-        self._told: set[str] = set()
+        self._published: set[str] = set()
         self._due_s = 0.0
 
     def find_missing(self, now_s: float) -> list[str]:
@@ -45,9 +45,9 @@ class LivelinessCheck:
             return []
         self._missing = {peer: self._missing.get(peer, now_s) for peer in peers - seen}
         late = [peer for peer, at_s in self._missing.items() if now_s - at_s >= _PATIENCE_S]
-        news = [peer for peer in late if peer not in self._told]
-        self._told = set(late)
-        return news
+        changes = [peer for peer in late if peer not in self._published]
+        self._published = set(late)
+        return changes
 
     def _on_token(self, reply: zenoh.Reply) -> None:
         if reply.ok is not None:

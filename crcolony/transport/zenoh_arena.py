@@ -24,7 +24,9 @@ from crcolony.transport.zenoh_samples import (
 class ArenaTransport:
     """An arena on Zenoh: it is joined, it is told actions, and it tells what bodies sense."""
 
-    def __init__(self, session: zenoh.Session, arena: str, world: int, deliver: Deliver) -> None:
+    def __init__(
+        self, session: zenoh.Session, arena: str, arena_run: int, deliver: Deliver
+    ) -> None:
         self._session = session
         self._keys = ArenaKeys(arena)
         self._deliver = deliver
@@ -38,7 +40,7 @@ class ArenaTransport:
             live.declare_subscriber(
                 key_expressions.ALL_ROBOTS_ALIVE, _listen(self._on_robot), history=True
             ),
-            live.declare_token(self._keys.alive(world, str(session.zid()))),
+            live.declare_token(self._keys.alive(arena_run, str(session.zid()))),
         ]
 
     def publish_observation(self, robot: RobotId, observation: bytes) -> None:

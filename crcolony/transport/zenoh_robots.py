@@ -32,7 +32,7 @@ from crcolony.transport.zenoh_samples import (
 
 _JOIN_TIMEOUT_S = 1.0
 
-_MOST_GONE = 10_000
+_MAX_GONE = 10_000
 
 
 class RobotTransport:
@@ -42,7 +42,7 @@ class RobotTransport:
         self._colony, self._arena = ColonyKeys(colony), ArenaKeys(arena)
         self._deliver = deliver
         self._publishers: dict[str, zenoh.Publisher] = {}
-        self._lives: dict[RobotId, int] = {}
+        self._incarnations: dict[RobotId, int] = {}
         self._declared: dict[RobotId, list[Any]] = {}
         self._is_searching = False
         self._gone: set[str] = set()
@@ -68,13 +68,15 @@ class RobotTransport:
 
     def reconnect(self, reopen: Callable[[], zenoh.Session]) -> None:
         """Leave the session for another, with all robots; the old one is closed first, since it holds the port."""
-        for robot in self._lives:  # a session that closes was seen to tell of its tokens once more
+        for (
+            robot
+        ) in self._incarnations:  # a session that closes was seen to tell of its tokens once more
             self._withdraw(robot)
         self.close()
         self._publishers.clear()
         self._begin(reopen())
-        for robot, life in self._lives.items():
-            self.add_robot(robot, life)
+        for robot, incarnation in self._incarnations.items():
+            self.add_robot(robot, incarnation)
 
     def close(self) -> None:
         """Leave the network."""
@@ -84,10 +86,10 @@ class RobotTransport:
         """Return peers that have been connected for long, and whose robots cannot be seen."""
         return [peer for peer in self._check.find_missing(now_s) if peer not in self._gone]
 
-    def add_robot(self, robot: RobotId, life: int) -> None:
+    def add_robot(self, robot: RobotId, incarnation: int) -> None:
         """Let a robot be reached, and then be seen."""
         deliver = self._deliver
-        self._lives[robot] = life
+        self._incarnations[robot] = incarnation
 
         def on_past(query: zenoh.Query) -> None:
             deliver(QueryReceived("history", robot, _payload(query), _answer_to(query)))
@@ -114,21 +116,23 @@ class RobotTransport:
             ),
             self._session.declare_queryable(self._colony.history(robot), _listen(on_past)),
             self._session.declare_queryable(self._colony.metadata(robot), _listen(on_about)),
-            self._session.liveliness().declare_token(self._colony.alive(robot, life, self.name)),
+            self._session.liveliness().declare_token(
+                self._colony.alive(robot, incarnation, self.name)
+            ),
         ]
 
     def remove_robot(self, robot: RobotId) -> None:
         """Let a robot be gone."""
-        self._lives.pop(robot, None)
+        self._incarnations.pop(robot, None)
         self._withdraw(robot)
 
     def _withdraw(self, robot: RobotId) -> None:
         for entity in reversed(self._declared.pop(robot, [])):
             entity.undeclare()
 
-    def send_envelope(self, to: RobotId, letter: bytes) -> None:
+    def send_envelope(self, to: RobotId, envelope: bytes) -> None:
         """Post a letter."""
-        self._publish(self._colony.inbox(to), letter)
+        self._publish(self._colony.inbox(to), envelope)
 
     def request_body(self, robot: RobotId, request: bytes) -> None:
         """Ask the arena for a body."""
@@ -175,7 +179,7 @@ class RobotTransport:
             return
         if sample.kind == zenoh.SampleKind.PUT:
             self._gone.discard(token.session)
-        elif len(self._gone) < _MOST_GONE:
+        elif len(self._gone) < _MAX_GONE:
             self._gone.add(token.session)
         self._deliver(_presence(sample, token))
 

@@ -18,7 +18,7 @@ from crcolony.world.state import SAVED, Rules, World
 from crcolony.world.tick import advance, command, observe
 
 _COLOURS = np.eye(3)
-_MOST_NEAR = 512
+_MAX_NEAR = 512
 _TRIES = 500
 _FAR_M = 1e5
 """Where bodies are parked that are not there: beyond any arena (at most 10 km) and any sense in it."""
@@ -80,8 +80,8 @@ class Arena:
             walls=inner_walls,
             pillars=pillars,
             noise=_noise(rodent.noise),
-            near=np.zeros((min(robots, _MOST_NEAR), 4)),
-            blobs=np.zeros((max(1, min(packs, _MOST_NEAR)), 4)),
+            near=np.zeros((min(robots, _MAX_NEAR), 4)),
+            blobs=np.zeros((max(1, min(packs, _MAX_NEAR)), 4)),
             contacts=np.zeros((4 * robots, 3)),
             nearest=np.zeros(robots, dtype=np.int64),
             robot_cells=new_cells(width_m, height_m, rodent.camera_range_m, robots),
@@ -92,46 +92,46 @@ class Arena:
         self._scatter()
         self._homes = self.world.poses.copy()
         if not embodied:
-            for place in range(robots):
-                self.remove(place)
+            for slot in range(robots):
+                self.remove(slot)
 
-    def embody(self, place: int, colony: int) -> None:
+    def embody(self, slot: int, colony: int) -> None:
         """Let a fresh body appear at its home, where the seed scattered it, or at a random place if that is taken.
 
         Raises ValueError if there is a body already, or no free place is found.
         """
         world = self.world
-        if world.colonies[place] >= 0:
-            raise ValueError(f"place {place}: there is a body already")
+        if world.colonies[slot] >= 0:
+            raise ValueError(f"place {slot}: there is a body already")
         others = world.poses[world.colonies >= 0, :2]
-        x, y, heading = self._homes[place]
+        x, y, heading = self._homes[slot]
         if not self._is_free(x, y, others):
             x, y = self._free_place(others)
-        world.poses[place] = x, y, heading
-        world.colonies[place] = colony
+        world.poses[slot] = x, y, heading
+        world.colonies[slot] = colony
         self._sort()
 
-    def remove(self, place: int) -> None:
+    def remove(self, slot: int) -> None:
         """Take a body away, leaving its pack behind, and its place as fresh as a new one."""
         world = self.world
-        if world.holding[place] >= 0:
-            world.pack_holders[world.holding[place]] = -1
-        self._forget_encounters_with(place)
+        if world.holding[slot] >= 0:
+            world.pack_holders[world.holding[slot]] = -1
+        self._forget_encounters_with(slot)
         for field in (world.velocities, world.speeds, world.wheels, world.actions, world.left_s):
-            field[place] = 0.0
-        world.pending[:, place] = world.observations[:, place] = 0.0
-        world.charges[place], world.batteries[place] = 0.0, 1.0
-        world.holding[place] = world.partners[place] = world.colonies[place] = -1
-        world.nonces[place] = 0.0
-        world.poses[place] = _FAR_M + 4.0 * world.rules.radius_m * place, 0.0, 0.0
+            field[slot] = 0.0
+        world.pending[:, slot] = world.observations[:, slot] = 0.0
+        world.charges[slot], world.batteries[slot] = 0.0, 1.0
+        world.holding[slot] = world.partners[slot] = world.colonies[slot] = -1
+        world.nonces[slot] = 0.0
+        world.poses[slot] = _FAR_M + 4.0 * world.rules.radius_m * slot, 0.0, 0.0
         self._sort()
 
-    def _forget_encounters_with(self, place: int) -> None:
+    def _forget_encounters_with(self, slot: int) -> None:
         """Nobody is to hear of meeting a place that somebody else may have by then."""
         world = self.world
-        world.partners[world.partners == place] = -1
+        world.partners[world.partners == slot] = -1
         rows = world.observations
-        met = (rows[..., contract.ENCOUNTER] > 0.0) & (rows[..., contract.ENCOUNTER_ROBOT] == place)
+        met = (rows[..., contract.ENCOUNTER] > 0.0) & (rows[..., contract.ENCOUNTER_ROBOT] == slot)
         for column, nothing in (
             (contract.ENCOUNTER, 0.0),
             (contract.ENCOUNTER_ROBOT, -1.0),

@@ -133,7 +133,7 @@ def see_packs(world: World, i: int, count: int, row: FloatArray) -> None:
 
 
 @compiled
-def hear(world: World, i: int, count: int, row: FloatArray) -> None:
+def on_event(world: World, i: int, count: int, row: FloatArray) -> None:
     """Write the loudness at both microphones: it fades with distance, and the ear turned away hears half."""
     cosine, sine = world.headings[i, 0], world.headings[i, 1]
     for k in range(count):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from crcolony.body import contract
 from crcolony.compiled import FloatArray, compiled
 from crcolony.randomness import draw
-from crcolony.world.camera import hear, see_packs, see_robots
+from crcolony.world.camera import on_event, see_packs, see_robots
 from crcolony.world.encounter_detection import report_encounters
 from crcolony.world.infrared import sense_infrared
 from crcolony.world.neighbours import find_near, sort_into_cells
@@ -20,7 +20,7 @@ from crcolony.world.packs import work_jaws
 from crcolony.world.physics import pull, push, step
 from crcolony.world.state import World
 
-_LONGEST_STEP = 0.6
+_MAX_STEP_RADII = 0.6
 """Share of its radius that a robot moves at most in one physics step."""
 _BEARINGS = (
     contract.PACK + contract.BEARING,
@@ -97,7 +97,7 @@ def _physics_steps(world: World) -> int:
     for i in range(world.wheels.shape[0]):
         fastest = max(fastest, abs(world.wheels[i, 0] + world.wheels[i, 1]))
     way_m = 0.5 * fastest * rules.period_s
-    return max(rules.physics_steps, math.ceil(way_m / (_LONGEST_STEP * rules.radius_m)))
+    return max(rules.physics_steps, math.ceil(way_m / (_MAX_STEP_RADII * rules.radius_m)))
 
 
 @compiled
@@ -137,7 +137,7 @@ def observe(world: World) -> None:
         if rules.inertial:
             _sense_inertial(world, i, row)
         if rules.microphones:
-            hear(world, i, count, row)
+            on_event(world, i, count, row)
         _sense_proprioception(world, i, row)
         if rules.noisy:
             _add_noise(world, row)

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 class Dashboard:
     """Draws what a `ColonyMonitor` knows. `agent` is whose potentials are drawn, "" for whoever mated most."""
 
-    def __init__(self, watch: ColonyMonitor, agent: str = "") -> None:
-        self.view = ColonyView(watch)
+    def __init__(self, monitor: ColonyMonitor, agent: str = "") -> None:
+        self.view = ColonyView(monitor)
         self.tabs: Sequence[Tab] = (
             ArenaTab(),
             LifeTab(),
@@ -54,26 +54,26 @@ class Dashboard:
             auto_layout=False,
         )
 
-    def setup(self, stage: RerunStreams) -> None:
+    def setup(self, streams: RerunStreams) -> None:
         """Draw what never changes."""
         for tab in self.tabs:
-            tab.setup(stage)
+            tab.setup(streams)
 
-    def handle_changes(self, news: Sequence[StatusChange], unix_s: float) -> None:
+    def handle_changes(self, changes: Sequence[StatusChange], unix_s: float) -> None:
         """Take what has happened, in order."""
-        for one in news:
+        for one in changes:
             self.view.handle_change(one, unix_s)
 
-    def draw(self, stage: RerunStreams, unix_s: float) -> None:
+    def draw(self, streams: RerunStreams, unix_s: float) -> None:
         """Draw everything that is due now."""
-        spectator = self.view
-        spectator.monitor.handle_timeouts(unix_s)
-        spectator.refresh(unix_s)
+        view = self.view
+        view.monitor.handle_timeouts(unix_s)
+        view.refresh(unix_s)
         if self._count.is_due(unix_s):
-            spectator.update_rates(unix_s)
-        sim_s = spectator.sim_s()
+            view.update_rates(unix_s)
+        sim_s = view.sim_s()
         self._sim_s = self._sim_s if sim_s is None else sim_s
-        moment = Moment(unix_s, self._sim_s, spectator.generation())
-        stage.set_time(moment)
+        moment = Moment(unix_s, self._sim_s, view.generation())
+        streams.set_time(moment)
         for tab in self.tabs:
-            tab.draw(stage, spectator, moment)
+            tab.draw(streams, view, moment)

@@ -20,7 +20,7 @@ from crcolony.transport.zenoh_session import NetworkSettings, open_session
 from crcolony_dashboards.dashboard import Dashboard
 from crcolony_dashboards.rerun_check import check_rerun
 from crcolony_dashboards.rerun_streams import RerunStreams, open_live
-from crcolony_dashboards.rrd_file import MOST_BYTES, leave, open_film, optimize_rrd
+from crcolony_dashboards.rrd_file import MAX_BYTES, leave, open_film, optimize_rrd
 from crcolony_dashboards.throttle import Throttle
 from crcolony_dashboards.viewers import Viewer, open_browser, open_native, serve_web
 
@@ -55,53 +55,53 @@ def run_dashboard(watching: DashboardOptions) -> None:
     stop = ShutdownSignal(watching.minutes, wake=woken.set)
     with contextlib.ExitStack() as open_things:
         session = open_things.enter_context(open_session(watching.network))
-        heard = _telemetry(watching)
-        if heard is not None:
-            open_things.callback(_end_recording, heard)
-        watcher = TelemetrySubscriber(
+        sample = _telemetry(watching)
+        if sample is not None:
+            open_things.callback(_end_recording, sample)
+        subscriber = TelemetrySubscriber(
             session,
             watching.colony,
             asks=True,
             history=_HISTORY,
-            hear=heard.add if heard is not None else None,
+            on_event=sample.add if sample is not None else None,
         )
-        dashboard = Dashboard(watcher.monitor, watching.agent)
-        stage, url = _stage(watching, dashboard)
-        open_things.callback(_end_showing, stage)
+        dashboard = Dashboard(subscriber.monitor, watching.agent)
+        streams, url = _streams(watching, dashboard)
+        open_things.callback(_end_showing, streams)
         viewers = open_things.enter_context(_viewers(watching, url))
-        _say(f"dashboard at {url}")
-        _watch(watcher, dashboard, stage, heard, viewers, stop, woken)
-    leave(stage.rrd)
+        _print_line(f"dashboard at {url}")
+        _monitor(subscriber, dashboard, streams, sample, viewers, stop, woken)
+    leave(streams.rrd)
 
 
-def _watch(
-    watcher: TelemetrySubscriber,
+def _monitor(
+    subscriber: TelemetrySubscriber,
     dashboard: Dashboard,
-    stage: RerunStreams,
-    heard: TelemetryFile | None,
+    streams: RerunStreams,
+    sample: TelemetryFile | None,
     viewers: list[Viewer],
     stop: Callable[[], bool],
     woken: threading.Event,
 ) -> None:
     """Draw ten times a second; say who has come and gone, and what has failed."""
-    dashboard.setup(stage)
+    dashboard.setup(streams)
     upkeep, presence = Throttle(2.0), ColonyAnnouncer()
     next_s = time.monotonic()
     while not stop():
         now_s = time.time()
-        dashboard.handle_changes(watcher.poll(), now_s)
-        dashboard.draw(stage, now_s)
-        colonies = {watched.colony for watched in dashboard.view.alive}
+        dashboard.handle_changes(subscriber.poll(), now_s)
+        dashboard.draw(streams, now_s)
+        colonies = {status.colony for status in dashboard.view.alive}
         for line in presence.changes(colonies, now_s):
-            _say(line)
+            _print_line(line)
         if upkeep.is_due(now_s):
-            trouble = [stage.rrd.check() if stage.rrd else None]
-            trouble.append(heard.commit() if heard else None)
+            trouble = [streams.rrd.check() if streams.rrd else None]
+            trouble.append(sample.commit() if sample else None)
             for what in filter(None, trouble):
-                _say(what)
+                _print_line(what)
             for viewer in [viewer for viewer in viewers if viewer.ended is not None]:
                 viewers.remove(viewer)
-                _say("the viewer was closed; the dashboard goes on")
+                _print_line("the viewer was closed; the dashboard goes on")
         next_s = max(next_s + _PERIOD_S, time.monotonic())
         woken.wait(next_s - time.monotonic())
 
@@ -126,30 +126,30 @@ class ColonyAnnouncer:
         return ["nobody is there any more; looking …"]
 
 
-def _stage(watching: DashboardOptions, dashboard: Dashboard) -> tuple[RerunStreams, str]:
+def _streams(watching: DashboardOptions, dashboard: Dashboard) -> tuple[RerunStreams, str]:
     blueprint = dashboard.blueprint("wall", is_live=True)
     run = f"crcolony-{uuid.uuid4().hex[:8]}"
     live, url = open_live(watching.port, run, blueprint)
-    film = None
+    rrd = None
     if watching.folder is not None:
-        film = open_film(free_name(watching.folder / FILM), run, blueprint)
-        _say(f"recorded into {watching.folder}")
-    return RerunStreams(live, film), url
+        rrd = open_film(free_name(watching.folder / FILM), run, blueprint)
+        _print_line(f"recorded into {watching.folder}")
+    return RerunStreams(live, rrd), url
 
 
-def _end_showing(stage: RerunStreams) -> None:
+def _end_showing(streams: RerunStreams) -> None:
     """Close all streams, and put the film in order unless that would take long."""
-    is_whole = stage.rrd is not None and stage.rrd.stream is not None
-    stage.close()
-    film = stage.rrd.path if stage.rrd is not None and is_whole else None
-    if film is not None and film.stat().st_size < MOST_BYTES:
-        optimize_rrd(film)
+    is_whole = streams.rrd is not None and streams.rrd.stream is not None
+    streams.close()
+    rrd = streams.rrd.path if streams.rrd is not None and is_whole else None
+    if rrd is not None and rrd.stat().st_size < MAX_BYTES:
+        optimize_rrd(rrd)
 
 
-def _end_recording(heard: TelemetryFile) -> None:
-    trouble = heard.close()
+def _end_recording(sample: TelemetryFile) -> None:
+    trouble = sample.close()
     if trouble is not None:
-        _say(trouble)
+        _print_line(trouble)
 
 
 def _telemetry(watching: DashboardOptions) -> TelemetryFile | None:
@@ -165,7 +165,7 @@ def _viewers(watching: DashboardOptions, url: str) -> Iterator[list[Viewer]]:
             viewer, address = serve_web(url, watching.web_port)
             viewers.append(viewer)
             is_open = open_browser(address)
-            _say(f"{'opened' if is_open else 'open'} in a browser: {address}")
+            _print_line(f"{'opened' if is_open else 'open'} in a browser: {address}")
         if watching.native:
             viewers.append(open_native(url))
         yield viewers
@@ -183,5 +183,5 @@ def free_name(path: Path) -> Path:
     return free
 
 
-def _say(line: str) -> None:
+def _print_line(line: str) -> None:
     print(line, flush=True, file=sys.stdout)

@@ -30,45 +30,45 @@ def run_replay(
     """
     check_rerun()
     target = out or (path if path.is_dir() else path.parent) / REPLAY
-    heard = samples_of(path, windows)
-    first = next(heard, None)  # what cannot be read at all leaves no film
+    sample = samples_of(path, windows)
+    first = next(sample, None)  # what cannot be read at all leaves no film
     if first is None:
         raise DashboardError(f"{path}: nothing was heard")
     dashboard = Dashboard(ColonyMonitor(), agent)
     draft = target.with_name(target.name + ".part")
-    film = open_film(draft, "replay", dashboard.blueprint("sim", is_live=False))
+    rrd = open_film(draft, "replay", dashboard.blueprint("sim", is_live=False))
     trouble: str | None = None
     try:
         coarse_s = _PERIOD_S if is_recorded(path) else _COARSE_S
-        play(itertools.chain([first], heard), dashboard, film, coarse_s)
+        play(itertools.chain([first], sample), dashboard, rrd, coarse_s)
     finally:
-        trouble = film.check()
-        film.close()
+        trouble = rrd.check()
+        rrd.close()
         if trouble is None:
             optimize_rrd(draft)
             draft.replace(target)
             print(target, flush=True)
     if trouble is not None:
-        leave(film, trouble)
+        leave(rrd, trouble)
         raise DashboardError(trouble)
     if native:
         open_file(target)
 
 
 def play(
-    heard: Iterable[TelemetrySample], dashboard: Dashboard, film: RrdFile, coarse_s: float
+    sample: Iterable[TelemetrySample], dashboard: Dashboard, rrd: RrdFile, coarse_s: float
 ) -> None:
     """Draw what is heard as it was heard, ten times a second of its own time; `coarse_s` apart without scenes."""
-    stage, fine, coarse = RerunStreams(None, film), Throttle(_PERIOD_S), Throttle(coarse_s)
-    dashboard.setup(stage)
+    streams, fine, coarse = RerunStreams(None, rrd), Throttle(_PERIOD_S), Throttle(coarse_s)
+    dashboard.setup(streams)
     now_s = scene_s = 0.0
-    for one in heard:
+    for one in sample:
         before_s, now_s = now_s, one.unix_ms / 1000.0
         is_shown = before_s - scene_s < _SILENT_S
         if now_s > before_s > 0.0 and (fine if is_shown else coarse).is_due(before_s):
-            dashboard.draw(stage, before_s)
+            dashboard.draw(streams, before_s)
         if one.kind == "scene":
             scene_s = now_s
         dashboard.handle_changes(dashboard.view.monitor.handle_sample(one), now_s)
     if now_s > 0.0:
-        dashboard.draw(stage, now_s)
+        dashboard.draw(streams, now_s)

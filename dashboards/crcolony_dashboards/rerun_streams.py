@@ -34,8 +34,8 @@ class Moment:
 class RerunStreams:
     """Draws on all streams at once."""
 
-    def __init__(self, live: "rr.RecordingStream | None", film: "RrdFile | None") -> None:
-        self.rrd = film
+    def __init__(self, live: "rr.RecordingStream | None", rrd: "RrdFile | None") -> None:
+        self.rrd = rrd
         self._streams = [live] if live is not None else []
 
     def set_time(self, moment: Moment) -> None:
@@ -58,8 +58,8 @@ class RerunStreams:
             self.rrd.close()
 
     def _all(self) -> "Sequence[rr.RecordingStream]":
-        film = self.rrd.stream if self.rrd is not None else None
-        return [*self._streams, film] if film is not None else self._streams
+        rrd = self.rrd.stream if self.rrd is not None else None
+        return [*self._streams, rrd] if rrd is not None else self._streams
 
 
 def open_live(port: int, run: str, blueprint: "rrb.Blueprint") -> tuple["rr.RecordingStream", str]:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 from crcolony_dashboards.viewers import rerun_program
 
-MOST_BYTES = 256 * 2**20
+MAX_BYTES = 256 * 2**20
 """Of a film that is put in order while somebody waits"""
 _FLUSH_S, _CLOSING_S = 2.0, 3.0
 _PATIENCE_S = 600.0
@@ -25,17 +25,17 @@ _BEGINNING = b"RRF2"
 """Of every film; of anything else Rerun would make an empty one"""
 
 
-def optimize_rrd(film: Path) -> None:
+def optimize_rrd(rrd: Path) -> None:
     """Rewrite a film with its index; where that fails it stays as it is, and can be seen all the same."""
-    draft = film.with_name(film.name + ".draft")
-    command = [str(rerun_program()), "rrd", "optimize", str(film), "-o", str(draft)]
+    draft = rrd.with_name(rrd.name + ".draft")
+    command = [str(rerun_program()), "rrd", "optimize", str(rrd), "-o", str(draft)]
     try:
-        with film.open("rb") as file:
+        with rrd.open("rb") as file:
             if file.read(len(_BEGINNING)) != _BEGINNING:
                 return
         done = subprocess.run(command, capture_output=True, timeout=_PATIENCE_S, check=False)
         if done.returncode == 0 and draft.is_file():
-            draft.replace(film)
+            draft.replace(rrd)
     except (OSError, subprocess.TimeoutExpired):
         return
     finally:
@@ -82,9 +82,9 @@ class RrdFile:
         return f"{self.path}: not recorded any more: {why}"
 
 
-def leave(film: RrdFile | None, why: str = "") -> None:
+def leave(rrd: RrdFile | None, why: str = "") -> None:
     """End this process at once if its film is stuck, for it would not end otherwise; everything else is closed."""
-    if film is None or not film.is_stuck:
+    if rrd is None or not rrd.is_stuck:
         return
     if why:
         print(f"crcolony: {why}", file=sys.stderr)

@@ -25,11 +25,11 @@ ROBOT_STEPS = 200_000
 
 @compiled
 def run_whole(
-    world: World, robots: Robots, habits: StepParameters, actions: FloatArray, ticks: int
+    world: World, robots: Robots, parameters: StepParameters, actions: FloatArray, ticks: int
 ) -> int:
     events = 0
     for _ in range(ticks):
-        events += tick(world, robots, habits, actions)
+        events += tick(world, robots, parameters, actions)
     return events
 
 
@@ -50,10 +50,12 @@ def run_senses(world: World, ticks: int) -> None:
 
 @compiled
 def run_learning(
-    world: World, robots: Robots, habits: StepParameters, actions: FloatArray, ticks: int
+    world: World, robots: Robots, parameters: StepParameters, actions: FloatArray, ticks: int
 ) -> None:
     for _ in range(ticks):
-        step_robots(robots, habits, world.observations[world.observations.shape[0] - 1], actions)
+        step_robots(
+            robots, parameters, world.observations[world.observations.shape[0] - 1], actions
+        )
 
 
 def new_colony(robots: int, *settings: str) -> InProcessColony:
@@ -67,8 +69,8 @@ def new_colony(robots: int, *settings: str) -> InProcessColony:
 
 
 def colony_step(colony: InProcessColony, ticks: int) -> Callable[[], object]:
-    world, robots, habits = colony.arena.world, colony.batch, colony.parameters
-    return lambda: run_whole(world, robots, habits, colony.actions, ticks)
+    world, robots, parameters = colony.arena.world, colony.batch, colony.parameters
+    return lambda: run_whole(world, robots, parameters, colony.actions, ticks)
 
 
 def seconds(run: Callable[[], object]) -> float:
@@ -85,12 +87,12 @@ def seconds(run: Callable[[], object]) -> float:
 def report(robots: int, *settings: str) -> None:
     colony = new_colony(robots, *settings)
     ticks = max(1, ROBOT_STEPS // robots)
-    world, batch, habits = colony.arena.world, colony.batch, colony.parameters
+    world, batch, parameters = colony.arena.world, colony.batch, colony.parameters
     whole = seconds(colony_step(colony, ticks))
     parts = {
         "physics": seconds(lambda: run_physics(world, ticks)),
         "senses": seconds(lambda: run_senses(world, ticks)),
-        "learning": seconds(lambda: run_learning(world, batch, habits, colony.actions, ticks)),
+        "learning": seconds(lambda: run_learning(world, batch, parameters, colony.actions, ticks)),
     }
     parts["rest"] = whole - sum(parts.values())
     ns = {name: 1e9 * part / (ticks * robots) for name, part in parts.items()}

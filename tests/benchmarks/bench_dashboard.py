@@ -33,7 +33,7 @@ MIB = 2**20
 
 
 @contextmanager
-def watched(
+def status(
     count: int, folder: Path, walks: bool = True
 ) -> Iterator[tuple[Connection, psutil.Process, Path, str]]:
     """A crowd and its dashboard: the crowd's ear, the dashboard's process and folder, and where viewers find it."""
@@ -79,17 +79,17 @@ def recorded(path: Path) -> int:
 
 def measure(count: int, folder: Path) -> None:
     """Print what a dashboard of so many robots costs."""
-    with watched(count, folder) as (ear, process, out, _url):
+    with status(count, folder) as (ear, process, out, _url):
         time.sleep(SETTLED_S)
         sent = sent_by(ear)
         begun_s, used_s = time.monotonic(), cpu_s(process)
-        film, heard = (out / "dashboard.rrd").stat().st_size, recorded(out / "telemetry.sqlite")
+        rrd, sample = (out / "dashboard.rrd").stat().st_size, recorded(out / "telemetry.sqlite")
         time.sleep(MEASURED_S)
         passed_s = time.monotonic() - begun_s
         share = (cpu_s(process) - used_s) / passed_s
-        film_s = ((out / "dashboard.rrd").stat().st_size - film) / passed_s
+        film_s = ((out / "dashboard.rrd").stat().st_size - rrd) / passed_s
         told_s = (sent_by(ear) - sent) / passed_s
-        heard_s = (recorded(out / "telemetry.sqlite") - heard) / passed_s
+        heard_s = (recorded(out / "telemetry.sqlite") - sample) / passed_s
         print(
             f"{count:6,} robots   {share:6.1%} of a core   {process.memory_info().rss / MIB:5.0f} MiB"
             f"   hears {told_s / 1e3:5.0f} kB/s   .rrd {film_s / 1e3:6.0f} kB/s = {60 * film_s / 1e6:5.1f} MB/min"
@@ -102,7 +102,7 @@ def measure(count: int, folder: Path) -> None:
 def measure_latency(folder: Path) -> None:
     """Print how late a robot that jumps is seen to have jumped, in the viewer's pixels."""
     with (
-        watched(4, folder, walks=False) as (ear, _, _, url),
+        status(4, folder, walks=False) as (ear, _, _, url),
         headless_viewer(url, folder / "viewer.log") as viewer,
     ):
         view_id = viewer.view("Arena").view_id
@@ -131,7 +131,7 @@ def measure_latency(folder: Path) -> None:
 
 def measure_memory(count: int, minutes: float, folder: Path) -> None:
     """Print how the memory of a dashboard grows."""
-    with watched(count, folder) as (_, process, _, _url):
+    with status(count, folder) as (_, process, _, _url):
         begun_s = time.monotonic()
         while (passed_s := time.monotonic() - begun_s) < 60.0 * minutes:
             mib = process.memory_info().rss / MIB

@@ -41,9 +41,9 @@ def own_genes(identity: Identity) -> bytes:
     return pack_genes(robot.exchange().genes)
 
 
-def read(letter: bytes) -> MatingMessage:
+def read(envelope: bytes) -> MatingMessage:
     """Open a letter as a robot that waits for it does; raises WireError."""
-    sealed, message = open_envelope(letter)
+    sealed, message = open_envelope(envelope)
     if not has_valid_signature(sealed, COLONY):
         raise WireError("forged")
     assert isinstance(message, Propose | Accept)

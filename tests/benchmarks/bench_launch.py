@@ -36,12 +36,12 @@ def waits(folder: Path) -> tuple[float, float]:
     with Wire(NetworkSettings(connect=(endpoint,)), keys.all_states, keys.all_events) as wire:
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
         try:
-            return _watch(wire, start_s)
+            return _monitor(wire, start_s)
         finally:
             stop([process])
 
 
-def _watch(wire: Wire, start_s: float) -> tuple[float, float]:
+def _monitor(wire: Wire, start_s: float) -> tuple[float, float]:
     peers: dict[bytes, int] = {}
     seen_s = mated_s = 0.0
     while not (seen_s and mated_s):

@@ -79,14 +79,14 @@ def bare(endpoint: str) -> tuple[float, float]:
             for number in range(ROBOTS):
                 wire.session.get(
                     f"bench/ask/{number}",
-                    heard,
+                    sample,
                     payload=OBSERVATION,
                     consolidation=zenoh.ConsolidationMode.NONE,
                 )
             for _ in range(ROBOTS):
                 wire.get()
 
-        heard: Any = Callback(take, indirect=False)
+        sample: Any = Callback(take, indirect=False)
         turns = [(rate(by_puts), rate(by_queries)) for _ in range(TURNS)]
     puts, queries = map(statistics.median, zip(*turns, strict=True))
     return puts, queries
@@ -124,8 +124,8 @@ def lockstep(endpoint: str, folder: Path) -> float:
 def bare_as_zenoh_comes() -> tuple[float, float]:
     """Return the same with Zenoh's own threads; it takes that choice once for a process and its children."""
     words = [sys.executable, "-m", "tests.benchmarks.bench_lockstep", "--bare"]
-    told = subprocess.check_output(words, env=os.environ | {"ZENOH_RUNTIME": "()"})
-    puts, queries = map(float, told.split())
+    message = subprocess.check_output(words, env=os.environ | {"ZENOH_RUNTIME": "()"})
+    puts, queries = map(float, message.split())
     return puts, queries
 
 

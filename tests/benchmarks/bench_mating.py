@@ -49,19 +49,27 @@ class Partner:
         robot.start()
         self.inbox = Inbox()
         self.session = open_session(network)
-        memory = RobotStore(
+        store = RobotStore(
             folder / "memory", identity.id, bytes.fromhex(robot.subpopulation.schema.digest)
         )
-        life = memory.begin_incarnation(1)
+        incarnation = store.begin_incarnation(1)
         self.transport = RobotTransport(self.session, COLONY, ARENA, self.inbox.deliver)
         self.node = RobotNode(
-            identity, COLONY, 0, robot, batch, memory, life, self.transport, hear=self._hear
+            identity,
+            COLONY,
+            0,
+            robot,
+            batch,
+            store,
+            incarnation,
+            self.transport,
+            on_event=self._on_event,
         )
         self.decided_s = 0.0
         self.tick = 0
         self._events = batch.events[robot.row : robot.row + 1]
 
-    def _hear(self, event: RobotEvent) -> None:
+    def _on_event(self, event: RobotEvent) -> None:
         if isinstance(event, Exchanged):
             self.decided_s = time.monotonic()
 
@@ -80,12 +88,12 @@ class Partner:
 
     def take(self) -> None:
         """Wait for one arrival, and see to it."""
-        arrival = self.inbox.get(min(0.5, max(0.0, self.node.next_s - time.monotonic())))
-        if isinstance(arrival, EnvelopeReceived):
-            self.node.handle_envelope(time.monotonic(), arrival.envelope)
-        elif isinstance(arrival, RobotOnline):
+        event = self.inbox.get(min(0.5, max(0.0, self.node.next_s - time.monotonic())))
+        if isinstance(event, EnvelopeReceived):
+            self.node.handle_envelope(time.monotonic(), event.envelope)
+        elif isinstance(event, RobotOnline):
             self.node.handle_peer_online(
-                time.monotonic(), arrival.robot, arrival.incarnation, arrival.session
+                time.monotonic(), event.robot, event.incarnation, event.session
             )
         self.node.handle_timeouts(time.monotonic())
 
@@ -159,10 +167,10 @@ def echo(connection: Connection, network: NetworkSettings, sizes: list[int]) -> 
 
 
 def round_trips_between(
-    opened: contextlib.ExitStack, endpoint: str, letters: list[bytes]
+    opened: contextlib.ExitStack, endpoint: str, envelopes: list[bytes]
 ) -> Callable[[], float]:
     """Return what makes the two bare round trips of a mating, and tells how long they took."""
-    propose, accept, commit, done = map(len, letters)
+    propose, accept, commit, done = map(len, envelopes)
     wire = opened.enter_context(Wire(NetworkSettings(listen=(endpoint,)), "bench/back"))
     ready = opened.enter_context(child(echo, NetworkSettings(connect=(endpoint,)), [accept, done]))
     assert ready.recv() == "ready"
@@ -201,7 +209,7 @@ def commits_into(
 def signatures_of(sealed: list[bytes]) -> Callable[[], float]:
     """Return what signs and verifies the letters until both have decided, and tells how long that took."""
     me = Identity(bytes(32))
-    contents = [open_envelope(letter)[0].content for letter in sealed[:3]]
+    contents = [open_envelope(envelope)[0].content for envelope in sealed[:3]]
 
     def sign_and_verify() -> float:
         start = time.perf_counter()
@@ -212,7 +220,7 @@ def signatures_of(sealed: list[bytes]) -> Callable[[], float]:
     return sign_and_verify
 
 
-def letters() -> list[bytes]:
+def envelopes() -> list[bytes]:
     """Return letters of a mating as long as the product's."""
     me, peer = Identity(bytes(32)), Identity(bytes([1]) * 32)
     _, _, (robot,) = make_robots(Config(), [me.id.hex()], own_streams([me.id]))
@@ -232,7 +240,7 @@ def letters() -> list[bytes]:
 
 
 def main() -> None:
-    proposal, *_ = sealed = letters()
+    proposal, *_ = sealed = envelopes()
     genes = 8 * len(agent_schema(Config().learning, Config().heredity))
     prepared = len(proposal) + 2 * genes + NAMES
     sizes = [prepared, prepared + genes, prepared + genes]

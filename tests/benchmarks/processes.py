@@ -77,13 +77,13 @@ def here() -> str:
 class Wire:
     """Bare Zenoh between processes: what arrives on the keys it hears waits in a queue, as in the product."""
 
-    def __init__(self, network: NetworkSettings, *heard: str) -> None:
+    def __init__(self, network: NetworkSettings, *sample: str) -> None:
         self.session = open_session(network)
         self.queue: SimpleQueue[bytes] = SimpleQueue()
         self._publishers: dict[str, zenoh.Publisher] = {}
         self._subscribers = [
             self.session.declare_subscriber(key, Callback(self._take, indirect=False))
-            for key in heard
+            for key in sample
         ]
 
     def _take(self, sample: zenoh.Sample) -> None:
@@ -108,11 +108,11 @@ class Wire:
         """Wait until somebody hears what is published there."""
         self.put(key, b"")
         publisher: Any = self._publishers[key]
-        heard = threading.Event()
+        sample = threading.Event()
         listener = publisher.declare_matching_listener(
-            Callback(lambda status: heard.set() if status.matching else None, indirect=False)
+            Callback(lambda status: sample.set() if status.matching else None, indirect=False)
         )
-        assert publisher.matching_status.matching or heard.wait(_PATIENCE_S), f"{key}: unheard"
+        assert publisher.matching_status.matching or sample.wait(_PATIENCE_S), f"{key}: unheard"
         listener.undeclare()
 
     def close(self) -> None:

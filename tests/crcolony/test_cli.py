@@ -97,9 +97,9 @@ def test_a_run_that_is_told_to_stop_writes_everything_and_can_go_on(
     output, errors = process.communicate(timeout=60)
     assert (process.returncode, errors) == (0, "")
     assert "go on with: python -m crcolony evolve --resume --out" in output
-    told = json.loads((tmp_path / "run" / "run.json").read_text())
-    assert told["status"] == "stopped"
-    assert told["history_hash"] == hash_of(output)
+    message = json.loads((tmp_path / "run" / "run.json").read_text())
+    assert message["status"] == "stopped"
+    assert message["history_hash"] == hash_of(output)
     resumed = crcolony("evolve", "--resume", "--out", tmp_path / "run")
     whole = crcolony(*words, tmp_path / "whole")
     assert hash_of(resumed.stdout) == hash_of(whole.stdout)

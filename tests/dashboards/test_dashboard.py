@@ -34,15 +34,15 @@ class Performance:
     """A dashboard that hears of colonies and draws on a recording stage."""
 
     def __init__(self) -> None:
-        self.dashboard, self.stage = Dashboard(ColonyMonitor()), RecordingStage()
-        self.heard = FakeTelemetry(self.dashboard.view)
-        self.dashboard.setup(self.stage)
+        self.dashboard, self.streams = Dashboard(ColonyMonitor()), RecordingStage()
+        self.sample = FakeTelemetry(self.dashboard.view)
+        self.dashboard.setup(self.streams)
 
     def draw(self, after_s: float = 0.1) -> RecordingStage:
-        self.heard.at_s += after_s
-        self.stage.forget()
-        self.dashboard.draw(self.stage, self.heard.at_s)
-        return self.stage
+        self.sample.at_s += after_s
+        self.streams.forget()
+        self.dashboard.draw(self.streams, self.sample.at_s)
+        return self.streams
 
 
 @pytest.fixture
@@ -50,17 +50,17 @@ def show() -> Performance:
     return Performance()
 
 
-def live(heard: FakeTelemetry) -> None:
+def live(sample: FakeTelemetry) -> None:
     """Let two robots do everything that robots do, for a generation."""
-    heard.about_arena()
-    heard.scene((0, -0.5, 0.0), (1, 0.5, 0.0), packs=[(0.0, 0.5, 0.4)], tick=5_000)
-    heard.join(0, 1, arena="lab", generation=1, matings=0, tick=5_000)
+    sample.about_arena()
+    sample.scene((0, -0.5, 0.0), (1, 0.5, 0.0), packs=[(0.0, 0.5, 0.4)], tick=5_000)
+    sample.join(0, 1, arena="lab", generation=1, matings=0, tick=5_000)
     for robot in (0, 1):
-        heard.about(robot, 1 - robot)
+        sample.about(robot, 1 - robot)
         genes = [0.1] * len(SCHEMA)
-        heard.tell(robot, born(agent(robot, 0), 0, genes), met(1 - robot), mated(0, 1))
-        heard.tell(robot, lived(agent(robot, 0)), born(agent(robot, 1), 1, genes))
-        heard.tell(robot, Fault(1, "x"))
+        sample.tell(robot, born(agent(robot, 0), 0, genes), met(1 - robot), mated(0, 1))
+        sample.tell(robot, lived(agent(robot, 0)), born(agent(robot, 1), 1, genes))
+        sample.tell(robot, Fault(1, "x"))
 
 
 def views(container: Any) -> Iterator[Any]:
@@ -82,11 +82,11 @@ def test_there_are_six_tabs() -> None:
 
 def test_every_view_shows_something_and_everything_has_a_view(show: Performance) -> None:
     """Once a colony has lived for a generation."""
-    live(show.heard)
-    paths = set(show.stage.paths())
+    live(show.sample)
+    paths = set(show.streams.paths())
     for k in range(30):
-        show.heard.scene((0, -0.5, 0.0), (1, 0.5, 0.0), tick=5_000 + k)
-        show.heard.state(0, 1, arena="lab", generation=1, matings=2, tick=5_000)
+        show.sample.scene((0, -0.5, 0.0), (1, 0.5, 0.0), tick=5_000 + k)
+        show.sample.state(0, 1, arena="lab", generation=1, matings=2, tick=5_000)
         paths |= set(show.draw().paths())
     origins = [view.origin for view in views(show.dashboard.blueprint("wall", True).root_container)]
     assert len(origins) > 20
@@ -100,20 +100,20 @@ def test_every_view_shows_something_and_everything_has_a_view(show: Performance)
 
 def test_how_lines_look_is_said_once(show: Performance) -> None:
     """And for all times: a viewer that comes late knows it, and a film does not repeat it."""
-    live(show.heard)
-    styled = [drawing for drawing in show.stage.drawings if is_style(drawing)]
+    live(show.sample)
+    styled = [drawing for drawing in show.streams.drawings if is_style(drawing)]
     for k in range(40):
-        show.heard.state(0, 1, arena="lab", generation=1 + k // 20, matings=k, tick=5_000 + 5 * k)
-        show.heard.scene((0, -0.5, 0.0), (1, 0.5, 0.0), tick=5_000 + 5 * k)
+        show.sample.state(0, 1, arena="lab", generation=1 + k // 20, matings=k, tick=5_000 + 5 * k)
+        show.sample.scene((0, -0.5, 0.0), (1, 0.5, 0.0), tick=5_000 + 5 * k)
         if k == 20:
             for robot in (0, 1):
-                show.heard.tell(robot, lived(agent(robot, 1), 1), born(agent(robot, 2), 2))
+                show.sample.tell(robot, lived(agent(robot, 1), 1), born(agent(robot, 2), 2))
         styled += [drawing for drawing in show.draw().drawings if is_style(drawing)]
     paths = [drawing.path for drawing in styled]
     assert len(paths) == len(set(paths)) > 40
     assert all(drawing.is_static for drawing in styled)
-    assert show.stage.times("/evolution/matings/blue") == 0
-    assert show.stage.shown("/evolution/matings/blue", "values") == [0.0]
+    assert show.streams.times("/evolution/matings/blue") == 0
+    assert show.streams.shown("/evolution/matings/blue", "values") == [0.0]
 
 
 def is_style(drawing: Drawing) -> bool:
@@ -124,49 +124,49 @@ def is_style(drawing: Drawing) -> bool:
 
 def test_it_draws_at_the_moment_that_it_is(show: Performance) -> None:
     """On all three timelines: the wall's time, the colony's (0 before it is known), and the generation of the last."""
-    show.heard.come(0)
-    stage = show.draw(1.0)
-    assert {drawing.moment for drawing in stage.drawings} == {Moment(T + 1.0, 0.0, 0)}
-    show.heard.scene((0, 0.0, 0.0), tick=50)
-    show.heard.state(0, generation=3)
-    stage = show.draw(1.0)
-    assert {drawing.moment for drawing in stage.drawings} == {Moment(T + 2.0, 10.0, 3)}
+    show.sample.come(0)
+    streams = show.draw(1.0)
+    assert {drawing.moment for drawing in streams.drawings} == {Moment(T + 1.0, 0.0, 0)}
+    show.sample.scene((0, 0.0, 0.0), tick=50)
+    show.sample.state(0, generation=3)
+    streams = show.draw(1.0)
+    assert {drawing.moment for drawing in streams.drawings} == {Moment(T + 2.0, 10.0, 3)}
 
 
 def test_news_are_taken_in_order(show: Performance) -> None:
     """As they are passed on."""
     show.dashboard.handle_changes([RobotJoined(IDS[0]), RobotLeft(IDS[0]), RobotJoined(IDS[0])], T)
     show.draw(1.0)
-    said = [drawing.parts["text"].to_pylist()[0] for drawing in show.stage.drawings
+    said = [drawing.parts["text"].to_pylist()[0] for drawing in show.streams.drawings
             if drawing.path == "/log/presence"]  # fmt: skip
     assert [text.rpartition(" ")[2] for text in said] == ["here", "gone", "here"]
 
 
 def test_rates_are_counted_whatever_tab_is_looked_at(show: Performance) -> None:
     """Once a second, from the first on."""
-    show.heard.join(0, matings=0)
+    show.sample.join(0, matings=0)
     for second in range(8):
-        show.heard.state(0, matings=second)
+        show.sample.state(0, matings=second)
         show.draw(1.0)
     samples = show.dashboard.view.colonies["blue"].samples
     assert len(samples) == pytest.approx(8, abs=1)
-    assert show.stage.scalars("/life/rates/matings_blue") == [[pytest.approx(60.0)]]
+    assert show.streams.scalars("/life/rates/matings_blue") == [[pytest.approx(60.0)]]
 
 
 def test_who_is_gone_for_long_is_forgotten(show: Performance) -> None:
     """In the end nobody is there."""
-    live(show.heard)
-    show.heard.go(0, 1)
+    live(show.sample)
+    show.sample.go(0, 1)
     show.draw(1.0)
-    assert len(show.heard.watch.robots) == 2
-    stage = show.draw(FORGET_S + 2.0)
-    assert show.heard.watch.robots == {}
-    assert stage.text("/network/robots") == "Nobody is on the network yet."
+    assert len(show.sample.monitor.robots) == 2
+    streams = show.draw(FORGET_S + 2.0)
+    assert show.sample.monitor.robots == {}
+    assert streams.text("/network/robots") == "Nobody is on the network yet."
 
 
 def test_a_colony_that_has_fallen_silent_is_not_drawn_again_and_again(show: Performance) -> None:
     """What is written of it is words and a few numbers a second, and pictures only for those who come late."""
-    live(show.heard)
+    live(show.sample)
     for _ in range(40):
         show.draw(1.0)
     paths = [path for _ in range(300) for path in show.draw(0.1).paths()]
@@ -220,32 +220,32 @@ SETTINGS = st.sampled_from([
 def test_no_nonsense_stops_it(data: st.DataObject) -> None:
     """Whatever anybody publishes: it is drawn, or it is not, and what comes afterwards is."""
     show = Performance()
-    heard = show.heard
-    heard.join(0, 1)
+    sample = show.sample
+    sample.join(0, 1)
     for _ in range(data.draw(st.integers(1, 8))):
         robot = data.draw(st.integers(0, 2))
         match data.draw(st.sampled_from(["event", "scene", "state", "metadata", "go", "come"])):
             case "event":
                 event: RobotEvent = data.draw(EVENTS)
                 told_s = data.draw(st.sampled_from([None, 0.0, 9e12]))
-                heard.tell(robot, event, told_s=told_s)
+                sample.tell(robot, event, told_s=told_s)
             case "scene":
                 packs = data.draw(st.lists(st.tuples(NUMBERS, NUMBERS, st.just(0.4)), max_size=2))
                 bodies = data.draw(st.lists(BODIES, max_size=2))
-                heard.scene(*bodies, packs=packs, **cast(Any, data.draw(SIZES)))
+                sample.scene(*bodies, packs=packs, **cast(Any, data.draw(SIZES)))
             case "state":
-                heard.state(robot, **cast(Any, data.draw(STATES)))
+                sample.state(robot, **cast(Any, data.draw(STATES)))
             case "metadata":
-                heard.about(robot, settings=data.draw(SETTINGS))
+                sample.about(robot, settings=data.draw(SETTINGS))
             case "go":
-                heard.go(robot)
+                sample.go(robot)
             case _:
-                heard.come(robot)
+                sample.come(robot)
         show.draw(data.draw(st.sampled_from([0.1, 1.0, 11.0, -5.0])))
-    heard.at_s = max(heard.at_s, T) + 20.0
-    heard.go(0, 1, 2)
-    live(heard)
+    sample.at_s = max(sample.at_s, T) + 20.0
+    sample.go(0, 1, 2)
+    live(sample)
     show.draw(1.0)
-    stage = show.draw(1.0)
-    assert stage.shown("/arena/world/robots", "positions") == [[-0.5, 0.0], [0.5, 0.0]]
-    assert "2 robots alive" in stage.text("/arena/now")
+    streams = show.draw(1.0)
+    assert streams.shown("/arena/world/robots", "positions") == [[-0.5, 0.0], [0.5, 0.0]]
+    assert "2 robots alive" in streams.text("/arena/now")

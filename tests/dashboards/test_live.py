@@ -29,8 +29,8 @@ def test_who_is_gone_for_a_moment_was_always_there() -> None:
 
 def test_no_film_is_written_over(tmp_path: Path) -> None:
     """The next one has the next number."""
-    film = tmp_path / "dashboard.rrd"
+    rrd = tmp_path / "dashboard.rrd"
     for name in ("dashboard.rrd", "dashboard-2.rrd", "dashboard-3.rrd"):
-        free = free_name(film)
+        free = free_name(rrd)
         assert free.name == name
         free.touch()

@@ -32,17 +32,17 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def film(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def rrd(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Its dashboard."""
     path = tmp_path_factory.mktemp("films") / "film.rrd"
     run_replay(folder, path, WINDOWS)
     return path
 
 
-def moving(film: Path, entity: str) -> list[dict[str, Any]]:
+def moving(rrd: Path, entity: str) -> list[dict[str, Any]]:
     """Return what a film holds of an entity, moment by moment of the colony's time."""
     found: list[dict[str, Any]] = []
-    for chunk in RrdReader(film).stream():
+    for chunk in RrdReader(rrd).stream():
         batch = chunk.to_record_batch()
         if chunk.entity_path == entity and "sim" in batch.schema.names:
             names = [name for name in batch.schema.names if ":" in name or name == "generation"]
@@ -52,16 +52,16 @@ def moving(film: Path, entity: str) -> list[dict[str, Any]]:
     return sorted(found, key=lambda row: int(row["sim"]))
 
 
-def places(film: Path) -> list[dict[str, Any]]:
+def places(rrd: Path) -> list[dict[str, Any]]:
     """Return where a film shows robots, as long as it shows any."""
-    return [row for row in moving(film, "/arena/world/robots") if row["Points2D:positions"]]
+    return [row for row in moving(rrd, "/arena/world/robots") if row["Points2D:positions"]]
 
 
-def test_robots_are_shown_from_where_they_began(folder: Path, film: Path) -> None:
+def test_robots_are_shown_from_where_they_began(folder: Path, rrd: Path) -> None:
     """The first picture has them near the places at which the run's arena put them; they move on from there."""
     config = small("seed=10")
     arena = Arena(config.robots, config.arena, config.body, config.seed)
-    shown = places(film)
+    shown = places(rrd)
     first = np.array(shown[0]["Points2D:positions"])
     farthest_m = 2 * max(config.learning.speeds_m_s) * config.arena.control_period_s + 0.12
     assert np.abs(first - arena.world.poses[:, :2]).max() < farthest_m
@@ -69,44 +69,44 @@ def test_robots_are_shown_from_where_they_began(folder: Path, film: Path) -> Non
     assert np.abs(last - first).max() > 0.05
 
 
-def test_every_generation_is_in_it_with_the_figures_of_its_table(folder: Path, film: Path) -> None:
+def test_every_generation_is_in_it_with_the_figures_of_its_table(folder: Path, rrd: Path) -> None:
     """Mean matings, at the generation that they are of."""
     table = {int(row["generation"]): row for row in read_table(folder / "generations.csv")}
     drawn = {
         row["generation"]: row["Measurements:values"][0]
-        for row in moving(film, "/evolution/matings/colony")
+        for row in moving(rrd, "/evolution/matings/colony")
     }
     assert drawn.keys() == table.keys()
     for generation, mean in drawn.items():
         assert mean == pytest.approx(float(table[generation]["matings"]))
 
 
-def test_a_family_and_what_happened_are_in_it(film: Path) -> None:
+def test_a_family_and_what_happened_are_in_it(rrd: Path) -> None:
     """All tabs have something to show."""
-    assert moving(film, "/lineage/family")
-    lines = [row["TextLog:text"][0] for row in moving(film, "/log/mating")]
+    assert moving(rrd, "/lineage/family")
+    lines = [row["TextLog:text"][0] for row in moving(rrd, "/log/mating")]
     assert any("mated with" in line for line in lines)
     for entity in ("/life/energy/robot_0", "/network/robots", "/evolution/agent", "/arena/now"):
-        assert moving(film, entity), entity
+        assert moving(rrd, entity), entity
 
 
 def test_what_was_recorded_is_seen_as_it_would_have_been(
-    folder: Path, film: Path, tmp_path: Path
+    folder: Path, rrd: Path, tmp_path: Path
 ) -> None:
     """A telemetry file of the same colony shows the same robots at the same moments of its time."""
     recording = TelemetryFile.open(tmp_path / "watched" / TELEMETRY_FILE)
-    for heard in resimulate(read_run(folder), WINDOWS):
-        recording.add(heard)
+    for sample in resimulate(read_run(folder), WINDOWS):
+        recording.add(sample)
     assert recording.close() is None
     run_replay(tmp_path / "watched", None, WINDOWS)
     again = tmp_path / "watched" / REPLAY
     lived, seen = (
-        {row["sim"]: row["Points2D:positions"] for row in places(of)} for of in (film, again)
+        {row["sim"]: row["Points2D:positions"] for row in places(of)} for of in (rrd, again)
     )
     both = lived.keys() & seen.keys()
     assert len(both) > 2 * 20
     assert all(lived[when] == seen[when] for when in both)
-    figures = [moving(of, "/evolution/matings/colony") for of in (film, again)]
+    figures = [moving(of, "/evolution/matings/colony") for of in (rrd, again)]
     assert figures[0] == figures[1]
 
 
@@ -116,22 +116,22 @@ def test_of_a_run_in_real_time_that_nobody_watched_its_history_is_shown(
     """Generations and family; nobody knows where its robots were."""
     copy = tmp_path / "launched"
     shutil.copytree(folder, copy)
-    told = json.loads((copy / "run.json").read_text())
+    message = json.loads((copy / "run.json").read_text())
     robots = [seeded("others", 10, number).id.hex() for number in range(4)]
-    (copy / "run.json").write_text(json.dumps({**told, "robots": robots}))
+    (copy / "run.json").write_text(json.dumps({**message, "robots": robots}))
     run_replay(copy, None, WINDOWS)
-    film = copy / REPLAY
-    assert len(moving(film, "/evolution/matings/colony")) == 3
-    assert moving(film, "/lineage/family")
-    assert not places(film)
+    rrd = copy / REPLAY
+    assert len(moving(rrd, "/evolution/matings/colony")) == 3
+    assert moving(rrd, "/lineage/family")
+    assert not places(rrd)
 
 
 def test_a_run_that_comes_out_otherwise_is_filmed_and_said(folder: Path, tmp_path: Path) -> None:
     """The film shows the run as it is with this version of the code."""
     copy = tmp_path / "other"
     shutil.copytree(folder, copy)
-    told = json.loads((copy / "run.json").read_text())
-    (copy / "run.json").write_text(json.dumps({**told, "history_hash": "00" * 16}))
+    message = json.loads((copy / "run.json").read_text())
+    (copy / "run.json").write_text(json.dumps({**message, "history_hash": "00" * 16}))
     with pytest.raises(HistoryDiffersError, match="lived again"):
         run_replay(copy, None, WINDOWS)
     assert moving(copy / REPLAY, "/evolution/matings/colony")

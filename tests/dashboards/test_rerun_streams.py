@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 import rerun as rr
 import rerun.blueprint as rrb
-from crcolony_dashboards import rerun_streams as stage_module
+from crcolony_dashboards import rerun_check
 from crcolony_dashboards.dashboard import Dashboard
 from crcolony_dashboards.rerun_check import DashboardError, check_port, check_rerun
 from crcolony_dashboards.rerun_streams import Moment, RerunStreams, open_live
@@ -36,7 +36,7 @@ def blueprint() -> rrb.Blueprint:
     return rrb.Blueprint(rrb.TextLogView(origin="/log"))
 
 
-def film(path: Path) -> RrdFile:
+def rrd(path: Path) -> RrdFile:
     return open_film(path, "run", blueprint())
 
 
@@ -82,12 +82,12 @@ class TestFilm:
     def test_what_is_drawn_is_read_back(self, tmp_path: Path) -> None:
         """On all three timelines; what is static has no time."""
         path = tmp_path / "new" / "film.rrd"
-        stage = RerunStreams(None, film(path))
-        stage.log("/life/energy", rr.SeriesLines(names=["low", "high"]), static=True)
+        streams = RerunStreams(None, rrd(path))
+        streams.log("/life/energy", rr.SeriesLines(names=["low", "high"]), static=True)
         for k in range(3):
-            stage.set_time(Moment(T + k, 10.0 * k, 7))
-            stage.log("/life/energy", rr.Scalars([0.25 * k, 0.5]))
-        stage.close()
+            streams.set_time(Moment(T + k, 10.0 * k, 7))
+            streams.log("/life/energy", rr.Scalars([0.25 * k, 0.5]))
+        streams.close()
         static, *moments = sorted(rows(path, "/life/energy"), key=lambda row: "wall" in row)
         assert static == {"SeriesLines:names": ["low", "high"]}
         assert moments == [
@@ -105,10 +105,10 @@ class TestFilm:
         path = tmp_path / "film.rrd"
         dashboard = Dashboard(ColonyMonitor())
         made = open_film(path, "run-7", dashboard.blueprint("sim", is_live=False))
-        stage = RerunStreams(None, made)
-        dashboard.setup(stage)
-        dashboard.draw(stage, T)
-        stage.close()
+        streams = RerunStreams(None, made)
+        dashboard.setup(streams)
+        dashboard.draw(streams, T)
+        streams.close()
         reader = RrdReader(path)
         (recording,), (layout,) = reader.recordings(), reader.blueprints()
         assert (recording.application_id, recording.recording_id) == ("crcolony", "run-7")
@@ -121,7 +121,7 @@ class TestFilm:
         """As whoever opens it was told."""
         path = tmp_path / "film.rrd"
         path.write_bytes(b"something else")
-        RerunStreams(None, film(path)).close()
+        RerunStreams(None, rrd(path)).close()
         assert RrdReader(path).recordings()[0].recording_id == "run"
 
     def test_where_none_can_be_written_none_is_begun(self, tmp_path: Path) -> None:
@@ -129,21 +129,21 @@ class TestFilm:
         (tmp_path / "file").touch()
         for path in (tmp_path / "file" / "film.rrd", tmp_path):
             with pytest.raises(DashboardError) as refusal:
-                film(path)
+                rrd(path)
             assert str(refusal.value).startswith(f"{path}: cannot be written: ")
             assert "\n" not in str(refusal.value)
 
     def test_it_can_be_read_while_it_is_recorded(self, tmp_path: Path) -> None:
         """Up to where it was looked after last: a dashboard that is killed leaves that behind."""
         path = tmp_path / "film.rrd"
-        made = film(path)
-        stage = RerunStreams(None, made)
-        stage.set_time(Moment(T, 0.0, 0))
-        stage.log("/log/x", rr.TextLog("x"))
+        made = rrd(path)
+        streams = RerunStreams(None, made)
+        streams.set_time(Moment(T, 0.0, 0))
+        streams.log("/log/x", rr.TextLog("x"))
         assert made.check() is None
         copy = shutil.copy(path, tmp_path / "copy.rrd")
         assert len(rows(Path(copy), "/log/x")) == 1
-        stage.close()
+        streams.close()
 
 
 def no_room(path: object) -> Any:
@@ -161,17 +161,17 @@ class TestTrouble:
         """Said once; the stage draws on for whoever looks at it now."""
         live, broken = FakeStream(), FakeStream()
         made = RrdFile(tmp_path / "film.rrd", broken)  # type: ignore[arg-type]
-        stage = RerunStreams(live, made)  # type: ignore[arg-type]
-        stage.set_time(Moment(T, 0.0, 0))
-        stage.log("/a", rr.TextLog("x"))
+        streams = RerunStreams(live, made)  # type: ignore[arg-type]
+        streams.set_time(Moment(T, 0.0, 0))
+        streams.log("/a", rr.TextLog("x"))
         assert made.check() is None
         broken.is_full = True
         why = "not recorded any more: cannot be written: the file sink has gone"
         assert [made.check(), made.check()] == [f"{tmp_path / 'film.rrd'}: {why}", None]
-        stage.set_time(Moment(T + 1.0, 1.0, 0))
-        stage.log("/b", rr.TextLog("x"))
+        streams.set_time(Moment(T + 1.0, 1.0, 0))
+        streams.log("/b", rr.TextLog("x"))
         assert (live.drawn, broken.drawn) == (["/a", "/b"], ["/a"])
-        stage.close()
+        streams.close()
         assert not live.is_open
 
     def test_a_process_leaves_a_film_that_is_stuck(
@@ -201,15 +201,15 @@ class TestTrouble:
     ) -> None:  # fmt: skip
         """It ends before the disk is full, or when the disk has gone; what was drawn until then can be looked at."""
         path = tmp_path / "film.rrd"
-        made = film(path)
-        stage = RerunStreams(None, made)
-        stage.set_time(Moment(T, 0.0, 0))
-        stage.log("/a", rr.TextLog("x"))
+        made = rrd(path)
+        streams = RerunStreams(None, made)
+        streams.set_time(Moment(T, 0.0, 0))
+        streams.log("/a", rr.TextLog("x"))
         monkeypatch.setattr(shutil, "disk_usage", usage)
         assert made.check() == f"{path}: not recorded any more: {os.strerror(number)}"
         monkeypatch.undo()
-        stage.log("/a", rr.TextLog("y"))
-        stage.close()
+        streams.log("/a", rr.TextLog("y"))
+        streams.close()
         assert [row["TextLog:text"] for row in rows(path, "/a")] == [["x"]]
 
 
@@ -243,11 +243,11 @@ class TestLive:
         assert url == f"rerun+http://127.0.0.1:{port}/proxy"
         with socket.create_connection(("127.0.0.1", port), timeout=5.0):
             pass
-        stage = RerunStreams(live, None)
+        streams = RerunStreams(live, None)
         for k in range(100):
-            stage.set_time(Moment(T + k, 0.0, 0))
-            stage.log("/a", rr.TextLog("x"))
-        stage.close()
+            streams.set_time(Moment(T + k, 0.0, 0))
+            streams.log("/a", rr.TextLog("x"))
+        streams.close()
 
 
 class TestRerun:
@@ -263,7 +263,7 @@ class TestRerun:
         def missing(name: str) -> str:
             raise PackageNotFoundError(name)
 
-        monkeypatch.setattr(stage_module, "version", missing)
+        monkeypatch.setattr(rerun_check, "version", missing)
         with pytest.raises(DashboardError) as refusal:
             check_rerun()
         assert str(refusal.value) == (
@@ -273,7 +273,7 @@ class TestRerun:
     @pytest.mark.parametrize("other", ["0.40.2", "0.42.0a1", "1.41.0", "0.4.1"])
     def test_another_version_is_named(self, monkeypatch: pytest.MonkeyPatch, other: str) -> None:
         """With the one that is wanted."""
-        monkeypatch.setattr(stage_module, "version", lambda name: other)
+        monkeypatch.setattr(rerun_check, "version", lambda name: other)
         with pytest.raises(DashboardError) as refusal:
             check_rerun()
         assert str(refusal.value) == (

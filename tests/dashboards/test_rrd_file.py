@@ -12,13 +12,13 @@ from rerun.chunk import RrdReader
 def test_a_film_in_order_has_an_index_and_is_smaller(tmp_path: Path) -> None:
     """It can be sought in, and holds what it held."""
     path = tmp_path / "film.rrd"
-    film = open_film(path, "run", rrb.Blueprint(rrb.TextLogView(origin="/log")))
-    stage = RerunStreams(None, film)
+    rrd = open_film(path, "run", rrb.Blueprint(rrb.TextLogView(origin="/log")))
+    streams = RerunStreams(None, rrd)
     for k in range(50):
-        stage.set_time(Moment(1.79e9 + k, 1.0 * k, 0))
-        stage.log("/a", rr.Points2D([(k, 0.0)]))
-        assert film.check() is None
-    stage.close()
+        streams.set_time(Moment(1.79e9 + k, 1.0 * k, 0))
+        streams.log("/a", rr.Points2D([(k, 0.0)]))
+        assert rrd.check() is None
+    streams.close()
     before = path.stat().st_size
     optimize_rrd(path)
     assert path.stat().st_size < before

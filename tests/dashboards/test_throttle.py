@@ -62,8 +62,10 @@ class TestChange:
     def test_what_has_changed_is_due_at_once(self) -> None:
         """Each time that it looks otherwise, back and forth too; the first time always."""
         change = ChangeDetector(15.0)
-        told = [change.is_due(what, T + 0.1 * k) for k, what in enumerate([[1], [1], [2], [1], []])]
-        assert told == [True, False, True, True, True]
+        message = [
+            change.is_due(what, T + 0.1 * k) for k, what in enumerate([[1], [1], [2], [1], []])
+        ]
+        assert message == [True, False, True, True, True]
         assert ChangeDetector(15.0).is_due(None, T)
 
     def test_what_has_not_is_due_after_a_while(self) -> None:

@@ -51,7 +51,7 @@ class Siege:
     def _on_action(self, sample: zenoh.Sample) -> None:
         self._actions[str(sample.key_expr)].append(time.monotonic())
 
-    def watch(self, seconds: float) -> Figures:
+    def monitor(self, seconds: float) -> Figures:
         """Let the colony live for a while, and tell what it was like."""
         before, size, begun_s = self.made.outcomes(), self._sizes(), time.monotonic()
         time.sleep(seconds)

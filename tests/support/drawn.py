@@ -103,15 +103,15 @@ class Show:
     """One tab, drawn on a recording stage with what is heard."""
 
     def __init__(self, tab: Tab) -> None:
-        self.tab, self.stage, self.heard = tab, RecordingStage(), FakeTelemetry()
-        self.spectator: ColonyView = self.heard.spectator
-        tab.setup(self.stage)
+        self.tab, self.streams, self.sample = tab, RecordingStage(), FakeTelemetry()
+        self.view: ColonyView = self.sample.view
+        tab.setup(self.streams)
 
     def draw(self, after_s: float = 0.0) -> RecordingStage:
         """Let time pass and the tab draw; return the stage, with what was drawn now only."""
-        self.heard.pass_s(after_s)
-        self.stage.forget()
-        moment = self.heard.moment()
-        self.stage.set_time(moment)
-        self.tab.draw(self.stage, self.spectator, moment)
-        return self.stage
+        self.sample.pass_s(after_s)
+        self.streams.forget()
+        moment = self.sample.moment()
+        self.streams.set_time(moment)
+        self.tab.draw(self.streams, self.view, moment)
+        return self.streams

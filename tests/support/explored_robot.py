@@ -44,7 +44,7 @@ Kind = Literal[
 COLONY = "explored"
 SCHEMA = bytes(16)
 LIMITS = MatingLimits(
-    contact_s=1e6, patience_s=1.0, propose_s=1e6, retry_s=1e6, doubt_s=1e6, longest_retry_s=1e6,
+    contact_s=1e6, patience_s=1.0, propose_s=1e6, retry_s=1e6, doubt_s=1e6, max_retry_s=1e6,
     orphan_s=1e6,
 )  # fmt: skip
 NOW_S, PATIENCE_OVER_S = 0.0, 2.0
@@ -67,7 +67,7 @@ class Violation(Exception):  # noqa: N818
 class Disk:
     """What a crash leaves of a robot: its life, its latest record of every encounter, and its decisions to mate."""
 
-    life: int = 0
+    incarnation: int = 0
     records: frozenset[EncounterRecord] = frozenset()
     decisions: frozenset[Encounter] = frozenset()
 
@@ -96,12 +96,12 @@ class Caller:
 
     def start(self, me: RobotId, disk: Disk) -> tuple[Disk, MatingStateMachine]:
         """A process begins: a new life is on disk before anything is said, then what is open is taken up."""
-        disk = replace(disk, life=disk.life + 1)
+        disk = replace(disk, incarnation=disk.incarnation + 1)
         return disk, self.restored(me, disk)
 
     def restored(self, me: RobotId, disk: Disk) -> MatingStateMachine:
         """Return the mating that goes on from a disk."""
-        mating = self.mating(me, disk.life, SCHEMA, LIMITS)
+        mating = self.mating(me, disk.incarnation, SCHEMA, LIMITS)
         # In an order that does not depend on the hashes of bytes, so that every run visits the same states.
         open_records = sorted(filter(self.is_open, disk.records), key=_place)
         mating.restore(NOW_S, open_records, marks(disk))
@@ -111,19 +111,19 @@ class Caller:
         """Tell whether a record on disk still waits for the partner."""
         return record.waits
 
-    def hear(self, mating: MatingStateMachine, data: bytes) -> list[Effect]:
+    def on_event(self, mating: MatingStateMachine, data: bytes) -> list[Effect]:
         """A letter comes in."""
         try:
-            letter, message = open_envelope(data)
+            envelope, message = open_envelope(data)
         except WireError:
             return []
-        if not mating.expects(message) or not self.has_valid_signature(letter):
+        if not mating.expects(message) or not self.has_valid_signature(envelope):
             return []
         return mating.handle_message(NOW_S, message, data)
 
-    def has_valid_signature(self, letter: SignedEnvelope) -> bool:
+    def has_valid_signature(self, envelope: SignedEnvelope) -> bool:
         """Tell whether its sender signed a letter."""
-        return has_valid_signature(letter, COLONY)
+        return has_valid_signature(envelope, COLONY)
 
     def in_order(self, effects: Sequence[Effect]) -> Sequence[Effect | Decide]:
         """Return effects in the order in which they are carried out."""
@@ -181,7 +181,7 @@ class Node(NamedTuple):
     robot: int
     mating: MatingStateMachine
     disk: Disk
-    told: tuple[int, ...]
+    message: tuple[int, ...]
     """The nonces of all contacts that its body reported"""
 
 
@@ -200,7 +200,7 @@ def is_founded(disk: Disk, message: MatingMessage) -> bool:
     state = record.state if record else ""
     match message:
         case Propose():
-            return message.encounter.incarnation == disk.life
+            return message.encounter.incarnation == disk.incarnation
         case Accept(agent=agent, genes=genes):
             return state == "prepared" and record is not None and record.own == Offer(agent, genes)
         case Refuse():
@@ -215,7 +215,7 @@ def is_founded(disk: Disk, message: MatingMessage) -> bool:
 
 def offers(node: Node, nonce: int) -> list[Offer]:
     """Return what a robot offered at each report of a contact: never the same agent twice."""
-    places = [k for k, told in enumerate(node.told, 1) if told == nonce]
+    places = [k for k, message in enumerate(node.message, 1) if message == nonce]
     return [Offer(f"{NAMES[node.mating.me]}{k}", bytes([node.robot, k]) * 4) for k in places]
 
 

@@ -53,7 +53,7 @@ class Situations:
     def __init__(self, bounds: Bounds, caller: Caller, ignored: frozenset[Kind]) -> None:
         self._bounds, self._caller, self._ignored = bounds, caller, ignored
         self.nodes: list[Node] = []
-        self.letters: list[SentEnvelope] = []
+        self.envelopes: list[SentEnvelope] = []
         self.to = [0] * bounds.robots
         """Of every robot, a bit for every letter to it"""
         self._node_of: dict[Hashable, int] = {}
@@ -71,27 +71,27 @@ class Situations:
             nodes.append(self._intern(Node(robot, mating, disk, ())))
         return tuple(nodes)
 
-    def moves(self, node: int, letters: int) -> list[Outcome]:
+    def moves(self, node: int, envelopes: int) -> list[Outcome]:
         """Return all that can happen to a robot to which these letters were said at some time."""
-        found = self._moves.get((node, letters))
+        found = self._moves.get((node, envelopes))
         if found is None:
-            heard = (self.hear(node, k) for k in bits(letters))
-            found = [*self.spontaneous(node), *chain.from_iterable(heard)]
+            sample = (self.on_event(node, k) for k in bits(envelopes))
+            found = [*self.spontaneous(node), *chain.from_iterable(sample)]
             found = [o for o in found if o.node != node or o.said or o.violation]
             found = list({(o[:5], o.violation is None): o for o in found[::-1]}.values())
-            self._moves[node, letters] = found
+            self._moves[node, envelopes] = found
         return found
 
-    def hear(self, node: int, letter: int) -> list[Outcome]:
-        found = self._heard.get((node, letter))
+    def on_event(self, node: int, envelope: int) -> list[Outcome]:
+        found = self._heard.get((node, envelope))
         if found is None:
-            said = self.letters[letter]
+            said = self.envelopes[envelope]
             forged = "" if said.has_valid_signature else "a forged "
             words = f"hears {forged}{spell(said.message)}"
-            found = self._outcomes(node, words, lambda m: self._caller.hear(m, said.data))
+            found = self._outcomes(node, words, lambda m: self._caller.on_event(m, said.data))
             if not said.has_valid_signature:
                 found = [self._judge_forgery(node, outcome) for outcome in found]
-            self._heard[node, letter] = found
+            self._heard[node, envelope] = found
         return found
 
     def _judge_forgery(self, node: int, outcome: Outcome) -> Outcome:
@@ -135,12 +135,12 @@ class Situations:
     def _meetings(self, number: int) -> Iterable[list[Outcome]]:
         node = self.nodes[number]
         for nonce, pair in enumerate(self._bounds.contacts, 1):
-            is_again = nonce in node.told
-            if node.robot not in pair or (node.told and nonce < max(node.told)):
+            is_again = nonce in node.message
+            if node.robot not in pair or (node.message and nonce < max(node.message)):
                 continue
             peer = KEYS[sum(pair) - node.robot].id
-            told = node._replace(told=(*node.told, nonce))
-            own = offers(told, nonce)[-1]
+            message = node._replace(message=(*node.message, nonce))
+            own = offers(message, nonce)[-1]
             words = f"meets {NAMES[peer]} (nonce {nonce}{', again' if is_again else ''})"
             yield [
                 outcome._replace(repeats=int(is_again))
@@ -148,7 +148,7 @@ class Situations:
                     number,
                     words,
                     methodcaller("meet", NOW_S, peer, nonce, own, nonce),
-                    told,
+                    message,
                 )
             ]
 
@@ -230,7 +230,7 @@ class Situations:
                 case Send():
                     if not is_founded(disk, effect.message):
                         self._fail("said too early", f"{spell(effect.message)} is not on disk")
-                    said |= self._say(node, effect)
+                    said |= self._print_line(node, effect)
                 case OutcomeReport():
                     pass
         return disk, said
@@ -244,7 +244,7 @@ class Situations:
         if record.nonce in nonces and not self._bounds.repeats:
             self._fail("decided twice", f"{NAMES[node.mating.me]} for nonce {record.nonce}")
         number = self._letter_of.get(record.proof)
-        proof = self.letters[number] if number is not None else None
+        proof = self.envelopes[number] if number is not None else None
         if proof is None or not proof.has_valid_signature:
             self._fail("forged", f"{label} has no proof")
         elif not isinstance(proof.message, Propose | Accept):
@@ -257,7 +257,7 @@ class Situations:
                 self._fail(
                     "wrong genes", f"{label} with {record.partner}, but {said.agent} is signed"
                 )
-            if said.nonce not in node.told:
+            if said.nonce not in node.message:
                 self._fail("no contact", f"{label} has nonce {said.nonce}, which no body reported")
             if record.own not in offers(node, said.nonce):
                 self._fail(
@@ -277,7 +277,7 @@ class Situations:
         if kind not in self._ignored:
             raise Violation(kind, text)
 
-    def _say(self, node: Node, send: Send) -> int:
+    def _print_line(self, node: Node, send: Send) -> int:
         message = send.message
         if message not in self._said_of:
             if send.to != receiver_of(message) or node.mating.me == send.to:
@@ -288,8 +288,8 @@ class Situations:
 
     def _post(self, message: MatingMessage, data: bytes, has_valid_signature: bool) -> int:
         to = [key.id for key in KEYS].index(receiver_of(message))
-        number = len(self.letters)
-        self.letters.append(SentEnvelope(to, data, message, has_valid_signature))
+        number = len(self.envelopes)
+        self.envelopes.append(SentEnvelope(to, data, message, has_valid_signature))
         self._letter_of[data] = number
         self.to[to] |= 1 << number
         return number
@@ -312,7 +312,7 @@ class Situations:
         return said
 
     def _intern(self, node: Node) -> int:
-        key = (node.robot, snapshot(node.mating), node.disk, node.told)
+        key = (node.robot, snapshot(node.mating), node.disk, node.message)
         number = self._node_of.setdefault(key, len(self.nodes))
         if number == len(self.nodes):
             self.nodes.append(node)

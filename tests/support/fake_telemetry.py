@@ -61,8 +61,8 @@ def born(name: str, generation: int = 0, genes: Sequence[float] = (0.5,), **pare
 
 
 def lived(name: str, generation: int = 0, **changes: Any) -> Lived:
-    life = Lived(100, 0, generation, name, 50, 0.5, 0, 0)
-    return msgspec.structs.replace(life, **changes)
+    incarnation = Lived(100, 0, generation, name, 50, 0.5, 0, 0)
+    return msgspec.structs.replace(incarnation, **changes)
 
 
 def mated(one: int, other: int, count: int = 1, **changes: Any) -> Exchanged:
@@ -79,35 +79,35 @@ def met(other: int) -> Met:
 class FakeTelemetry:
     """What is heard of colonies, through a real watch; `at_s` is when."""
 
-    def __init__(self, spectator: ColonyView | None = None) -> None:
-        self.spectator = spectator or ColonyView(ColonyMonitor())
-        self.watch = self.spectator.monitor
+    def __init__(self, view: ColonyView | None = None) -> None:
+        self.view = view or ColonyView(ColonyMonitor())
+        self.monitor = self.view.monitor
         self.at_s = T
-        self._told = Counter[RobotId]()
+        self._published = Counter[RobotId]()
         self._scenes = 0
 
-    def hear(self, kind: SampleKind, key: str, message: Message | bytes = b"") -> None:
+    def on_event(self, kind: SampleKind, key: str, message: Message | bytes = b"") -> None:
         data = message if isinstance(message, bytes) else encode(message)
-        for news in self.watch.handle_sample(
+        for changes in self.monitor.handle_sample(
             TelemetrySample(kind, key, data, round(1000.0 * self.at_s))
         ):
-            self.spectator.handle_change(news, self.at_s)
+            self.view.handle_change(changes, self.at_s)
 
-    def come(self, *robots: int, colony: str = "blue", life: int = 3) -> None:
+    def come(self, *robots: int, colony: str = "blue", incarnation: int = 3) -> None:
         for robot in robots:
-            self.hear("alive", ColonyKeys(colony).alive(IDS[robot], life, "a"))
+            self.on_event("alive", ColonyKeys(colony).alive(IDS[robot], incarnation, "a"))
 
-    def go(self, *robots: int, colony: str = "blue", life: int = 3) -> None:
+    def go(self, *robots: int, colony: str = "blue", incarnation: int = 3) -> None:
         for robot in robots:
-            self.hear("gone", ColonyKeys(colony).alive(IDS[robot], life, "a"))
+            self.on_event("gone", ColonyKeys(colony).alive(IDS[robot], incarnation, "a"))
 
     def state(self, *robots: int, colony: str = "blue", **changes: Any) -> None:
         for robot in robots:
-            told: dict[str, Any] = {"robot": IDS[robot], "number": robot, "seq": 0, **changes}
+            message: dict[str, Any] = {"robot": IDS[robot], "number": robot, "seq": 0, **changes}
             state = TELEMETRY["state"]
             assert isinstance(state, RobotState)
             key = ColonyKeys(colony).state(IDS[robot])
-            self.hear("state", key, msgspec.structs.replace(state, **told))
+            self.on_event("state", key, msgspec.structs.replace(state, **message))
 
     def join(self, *robots: int, colony: str = "blue", **changes: Any) -> None:
         """Let robots come, say how they are, and be seen."""
@@ -120,10 +120,10 @@ class FakeTelemetry:
     ) -> None:
         for event in events:
             who = IDS[robot]
-            self._told[who] += 1
+            self._published[who] += 1
             unix_ms = round(1000.0 * (self.at_s if told_s is None else told_s))
-            told = EventMessage(who, 3, self._told[who], unix_ms, event)
-            self.hear("event", ColonyKeys(colony).event(who), told)
+            message = EventMessage(who, 3, self._published[who], unix_ms, event)
+            self.on_event("event", ColonyKeys(colony).event(who), message)
 
     def about(
         self,
@@ -133,11 +133,11 @@ class FakeTelemetry:
         settings: str = SETTINGS,
     ) -> None:
         about = RobotMetadata(IDS[robot], 3, settings, [IDS[peer] for peer in peers])
-        self.hear("metadata", ColonyKeys(colony).metadata(IDS[robot]), about)
+        self.on_event("metadata", ColonyKeys(colony).metadata(IDS[robot]), about)
 
     def about_arena(self, name: str = "lab", settings: str = NATURE) -> None:
-        self.hear("alive", ArenaKeys(name).alive(7, "a"))
-        self.hear("metadata", ArenaKeys(name).metadata, ArenaMetadata(name, 7, settings))
+        self.on_event("alive", ArenaKeys(name).alive(7, "a"))
+        self.on_event("metadata", ArenaKeys(name).metadata, ArenaMetadata(name, 7, settings))
 
     def scene(
         self,
@@ -151,19 +151,19 @@ class FakeTelemetry:
         bodies = [_body(*where) for where in robots]
         seen = [ScenePack(x_m, y_m, 0.0, 1.0, 0.0, charge) for x_m, y_m, charge in packs]
         scene = Scene(arena, 7, self._scenes, 1000, 7, 0.2, 2.0, 2.0, bodies, seen)
-        self.hear("scene", ArenaKeys(arena).scene, msgspec.structs.replace(scene, **changes))
+        self.on_event("scene", ArenaKeys(arena).scene, msgspec.structs.replace(scene, **changes))
 
     def pass_s(self, seconds: float) -> None:
         """Let time pass, and the spectator look."""
         self.at_s += seconds
-        self.spectator.refresh(self.at_s)
+        self.view.refresh(self.at_s)
 
     def forget_absent(self) -> None:
         """Let everybody be forgotten who has no token, arenas too: as if they had been silent for long."""
-        self.watch.handle_timeouts(self.at_s + FORGET_S + 1.0)
+        self.monitor.handle_timeouts(self.at_s + FORGET_S + 1.0)
 
     def moment(self) -> Moment:
-        return Moment(self.at_s, self.spectator.sim_s() or 0.0, self.spectator.generation())
+        return Moment(self.at_s, self.view.sim_s() or 0.0, self.view.generation())
 
 
 def _body(robot: int, x_m: float, y_m: float, heading_rad: float = 0.0) -> SceneRobot:

@@ -65,12 +65,12 @@ class Hostile:
         def take(sample: zenoh.Sample) -> None:
             data = sample.payload.to_bytes()
             try:
-                letter, message = open_envelope(data)
+                envelope, message = open_envelope(data)
             except WireError:
                 return
-            sender = robot_id(letter.key)
+            sender = robot_id(envelope.key)
             if sender in self.robots:
-                self.keys[sender] = letter.key
+                self.keys[sender] = envelope.key
                 self.overheard.append((receiver, data, message))
 
         return take
@@ -99,13 +99,13 @@ class Hostile:
             )
         self._publishers[key].put(data)
 
-    def post(self, letter: bytes, to: bytes | None = None) -> None:
+    def post(self, envelope: bytes, to: bytes | None = None) -> None:
         """Send a letter to a robot, or to any."""
-        self.put(self.colony.inbox(to or self.victim()), letter)
+        self.put(self.colony.inbox(to or self.victim()), envelope)
 
-    def ask(self, key: str, question: bytes) -> None:
+    def ask(self, key: str, request: bytes) -> None:
         """Ask, and do not listen."""
-        self.session.get(key, lambda _: None, payload=question, timeout=0.5)
+        self.session.get(key, lambda _: None, payload=request, timeout=0.5)
 
     def victim(self) -> bytes:
         """Return any honest robot."""
@@ -115,7 +115,7 @@ class Hostile:
         """Return another honest robot."""
         return self.chance.choice([other for other in self.robots if other != robot])
 
-    def letter(self) -> tuple[bytes, bytes, MatingMessage]:
+    def envelope(self) -> tuple[bytes, bytes, MatingMessage]:
         """Return any letter that was overheard, its receiver, and what it says."""
         return self.chance.choice(tuple(self.overheard))
 
@@ -151,8 +151,8 @@ def malformed(peer: Hostile) -> Callable[[], None]:
 
     def shoot() -> None:
         chance = peer.chance
-        _, letter, _ = peer.letter()
-        data = bytearray(letter)
+        _, envelope, _ = peer.envelope()
+        data = bytearray(envelope)
         kind = chance.randrange(4)
         if kind == 0:
             data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
@@ -188,14 +188,14 @@ def impostor(peer: Hostile) -> Callable[[], None]:
     def shoot() -> None:
         robot = peer.victim()
         other = peer.peer_of(robot)
-        letters: list[MatingMessage] = [peer.proposal(other, robot, peer.genes().tobytes())]
+        envelopes: list[MatingMessage] = [peer.proposal(other, robot, peer.genes().tobytes())]
         _, _, said = peer.overheard[-1]
         if isinstance(said, Propose):  # answers before the one who is asked does
-            letters += [
+            envelopes += [
                 Accept(said.encounter, said.nonce, DIGEST, "hostile/1", said.genes),
                 Commit(said.encounter),
             ]
-        for message in letters:
+        for message in envelopes:
             encounter = message.encounter
             is_answer = isinstance(message, Accept)
             to = encounter.initiator if is_answer else encounter.responder
@@ -211,9 +211,9 @@ def replay(peer: Hostile) -> Callable[[], None]:
     """What honest robots have said, again, to those it was said to and to others."""
 
     def shoot() -> None:
-        receiver, letter, _ = peer.letter()
-        peer.post(letter, receiver)
-        peer.post(letter)
+        receiver, envelope, _ = peer.envelope()
+        peer.post(envelope, receiver)
+        peer.post(envelope)
 
     return shoot
 
@@ -223,8 +223,8 @@ def stale(peer: Hostile) -> Callable[[], None]:
 
     def shoot() -> None:
         proposals = [entry for entry in tuple(peer.overheard) if isinstance(entry[2], Propose)]
-        receiver, letter, _ = peer.chance.choice(proposals)
-        peer.post(letter, receiver)
+        receiver, envelope, _ = peer.chance.choice(proposals)
+        peer.post(envelope, receiver)
         robot = peer.victim()
         genes = peer.genes().tobytes()
         peer.post(sign_message(peer.proposal(peer.me.id, robot, genes), COLONY, peer.me), robot)
@@ -235,16 +235,16 @@ def stale(peer: Hostile) -> Callable[[], None]:
 def flood(peer: Hostile) -> Callable[[], None]:
     """Proposals of thousands of made-up robots, well signed, among replays."""
     crowd = [Identity(peer.chance.randbytes(32)) for _ in range(MADE_UP)]
-    letters = []
+    envelopes = []
     for identity in crowd:
         robot = peer.victim()
         proposal = peer.proposal(identity.id, robot, peer.genes().tobytes())
-        letters.append((robot, sign_message(proposal, COLONY, identity)))
-    around = itertools.cycle(letters)
+        envelopes.append((robot, sign_message(proposal, COLONY, identity)))
+    around = itertools.cycle(envelopes)
 
     def shoot() -> None:
-        receiver, letter = next(around) if peer.chance.random() < 0.7 else peer.letter()[:2]
-        peer.post(letter, receiver)
+        receiver, envelope = next(around) if peer.chance.random() < 0.7 else peer.envelope()[:2]
+        peer.post(envelope, receiver)
 
     return shoot
 
@@ -266,7 +266,7 @@ def questions(peer: Hostile) -> Callable[[], None]:
 
     def shoot() -> None:
         robot = peer.victim()
-        _, _, message = peer.letter()
+        _, _, message = peer.envelope()
         lives[message.encounter.initiator] = message.encounter.incarnation
         peer.ask(peer.colony.history(robot), encode(HistoryRequest(lives.get(robot, 0), 1)))
         peer.ask(peer.colony.history(robot), peer.chance.randbytes(20))
@@ -324,9 +324,11 @@ def tokens(peer: Hostile) -> Callable[[], None]:
     live = peer.session.liveliness()
     lives = ("1", "²", "9" * 5000)
     claims = [
-        live.declare_token(peer.colony.alive(robot, 0, "hostile").replace("/0/", f"/{life}/"))
+        live.declare_token(
+            peer.colony.alive(robot, 0, "hostile").replace("/0/", f"/{incarnation}/")
+        )
         for robot in peer.robots
-        for life in lives
+        for incarnation in lives
     ]
 
     def shoot() -> None:

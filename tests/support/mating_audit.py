@@ -29,41 +29,41 @@ def check_ledger(paths: Sequence[Path], *, is_calm: bool = True) -> Ledger:
     or was there at a turnover. Robots that were not calm may have been stopped in the middle of a mating: then it is
     open on both disks, or on one and done on the other, and goes on when they come back.
     """
-    memories = [read_stored_robot(path) for path in paths]
+    stored_robots = [read_stored_robot(path) for path in paths]
     records = {
-        (memory.robot, record.encounter): record
-        for memory in memories
-        for record, _ in memory.matings
+        (stored.robot, record.encounter): record
+        for stored in stored_robots
+        for record, _ in stored.matings
     }
     waiting = {key for key, record in records.items() if record.state in ("decided", "prepared")}
     assert not (is_calm and waiting), "an encounter is open"
-    for side in merge_robots(memories).one_sided:
+    for side in merge_robots(stored_robots).one_sided:
         assert (side.record.peer, side.record.encounter) in waiting, "a mating has one side only"
     total: Counter[str] = Counter()
-    for memory in memories:
-        decided = [record for record, choice in memory.matings if choice is not None]
+    for stored in stored_robots:
+        decided = [record for record, choice in stored.matings if choice is not None]
         encounters = [record.encounter for record in decided]
         assert len(set(encounters)) == len(encounters), "an encounter is decided twice"
-        for record, choice in memory.matings:
+        for record, choice in stored.matings:
             assert (record.state in ("mated", "decided")) == (choice is not None), record
         for record in decided:
             sent = records[record.peer, record.encounter].own
             assert record.partner == sent, "what arrived is not what was sent"
         total["decided"] += len(decided)
-        total["conceptions"] += _check_conceptions(memory)
-        total["aborted"] += len(memory.matings) - len(decided)
-        total["turnovers"] += sum(isinstance(event, TurnedOver) for event in memory.events)
+        total["conceptions"] += _check_conceptions(stored)
+        total["aborted"] += len(stored.matings) - len(decided)
+        total["turnovers"] += sum(isinstance(event, TurnedOver) for event in stored.events)
     return Ledger(total["decided"] // 2, total["conceptions"], total["aborted"], total["turnovers"])
 
 
-def _check_conceptions(memory: StoredRobot) -> int:
+def _check_conceptions(stored: StoredRobot) -> int:
     """Check that a robot's offspring are those it conceived, no more and no less; return how many."""
-    children = [choice.child for _, choice in memory.matings if choice and choice.conceived]
-    pools = [event.offspring for event in memory.events if isinstance(event, TurnedOver)]
-    assert sum(pools) + len(memory.pool) == len(children), "a conception is lost, or made up"
+    children = [choice.child for _, choice in stored.matings if choice and choice.conceived]
+    pools = [event.offspring for event in stored.events if isinstance(event, TurnedOver)]
+    assert sum(pools) + len(stored.pool) == len(children), "a conception is lost, or made up"
     conceived = Counter(children)
-    waiting = Counter(pack_genes(offspring.genes) for offspring in memory.pool)
+    waiting = Counter(pack_genes(offspring.genes) for offspring in stored.pool)
     assert waiting <= conceived, "in the pool is what nobody conceived"
-    of_two = [event for event in memory.events if isinstance(event, Born) and event.father]
+    of_two = [event for event in stored.events if isinstance(event, Born) and event.father]
     assert all(event.genes in conceived for event in of_two), "born is what nobody conceived"
     return len(children)

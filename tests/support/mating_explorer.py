@@ -206,9 +206,9 @@ class Explorer:
             to_hear.extend(bits(outcome.said))
             if not to_hear:
                 return None
-            letter = to_hear.popleft()
-            robot = self._robots.letters[letter].to
-            outcome = self._robots.hear(now[robot], letter)[0]
+            envelope = to_hear.popleft()
+            robot = self._robots.envelopes[envelope].to
+            outcome = self._robots.on_event(now[robot], envelope)[0]
 
     def _one_sided(self, now: list[int]) -> Violation | None:
         for number in now:

@@ -29,7 +29,7 @@ class Token(msgspec.Struct, tag=True):
 
     at_s: float
     robot: str
-    life: int
+    incarnation: int
     session: str
     there: bool
 
@@ -57,7 +57,7 @@ def main() -> None:
     parser.add_argument("--connect", action="append", default=[])
     parser.add_argument("--interface", default="")
     options = parser.parse_args()
-    heard: SimpleQueue[Line] = SimpleQueue()
+    lines: SimpleQueue[Line] = SimpleQueue()
 
     def on_token(sample: zenoh.Sample) -> None:
         there, key = sample.kind == zenoh.SampleKind.PUT, str(sample.key_expr)
@@ -67,16 +67,16 @@ def main() -> None:
         )
         if robot is not None:
             name = robot.robot.hex()
-            heard.put(Token(time.monotonic(), name, robot.incarnation, robot.session, there))
+            lines.put(Token(time.monotonic(), name, robot.incarnation, robot.session, there))
         elif arena is not None:
-            heard.put(Token(time.monotonic(), "", 0, arena.session, there))
+            lines.put(Token(time.monotonic(), "", 0, arena.session, there))
 
     def on_state(sample: zenoh.Sample) -> None:
         with contextlib.suppress(WireError):
-            heard.put(Stated(time.monotonic(), decode_state(sample.payload.to_bytes())))
+            lines.put(Stated(time.monotonic(), decode_state(sample.payload.to_bytes())))
 
     def on_event(sample: zenoh.Sample) -> None:
-        heard.put(EventReceived(time.monotonic(), decode_event(sample.payload.to_bytes())))
+        lines.put(EventReceived(time.monotonic(), decode_event(sample.payload.to_bytes())))
 
     network = NetworkSettings(connect=tuple(options.connect), interface=options.interface)
     of = ColonyKeys("*")
@@ -92,7 +92,7 @@ def main() -> None:
             ),
         ]
         while entities:
-            print(msgspec.json.encode(heard.get()).decode(), flush=True)
+            print(msgspec.json.encode(lines.get()).decode(), flush=True)
 
 
 if __name__ == "__main__":

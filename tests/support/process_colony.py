@@ -65,7 +65,7 @@ class View:
     process: Process
     lines: list[Line] = field(default_factory=list)
     states: dict[bytes, RobotState] = field(default_factory=dict)
-    lives: dict[bytes, list[int]] = field(default_factory=dict)
+    incarnations: dict[bytes, list[int]] = field(default_factory=dict)
     """Of every robot, its lives as tokens told them, in order"""
     matings: Counter[bytes] = field(default_factory=Counter)
     """Matings of every robot that were told"""
@@ -86,11 +86,11 @@ class View:
     def _take(self, line: Line) -> None:
         self.lines.append(line)
         match line:
-            case Token(robot=robot, life=life, session=session, there=there):
-                (self._alive.add if there else self._alive.discard)((robot, life, session))
-                lives = self.lives.setdefault(bytes.fromhex(robot), [])
-                if there and life not in lives:
-                    lives.append(life)
+            case Token(robot=robot, incarnation=incarnation, session=session, there=there):
+                (self._alive.add if there else self._alive.discard)((robot, incarnation, session))
+                incarnations = self.incarnations.setdefault(bytes.fromhex(robot), [])
+                if there and incarnation not in incarnations:
+                    incarnations.append(incarnation)
             case Stated(state=state):
                 self.states[state.robot] = state
             case EventReceived(message=message) if isinstance(message.event, Exchanged):
@@ -100,7 +100,7 @@ class View:
         """Return the lines of one kind, from the given line on."""
         return [line for line in self.update().lines[since:] if isinstance(line, kind)]
 
-    def exchanges(self, since: int = 0) -> list[tuple[bytes, Encounter]]:
+    def mating_driver(self, since: int = 0) -> list[tuple[bytes, Encounter]]:
         """Return who has told of which mating, from the given line on."""
         return [
             (line.message.robot, line.message.event.encounter)

@@ -81,9 +81,9 @@ def headless_viewer(
     return _viewer(["--connect", url], log, is_shown)
 
 
-def headless_viewer_of(film: Path, log: Path) -> contextlib.AbstractContextManager[HeadlessViewer]:
+def headless_viewer_of(rrd: Path, log: Path) -> contextlib.AbstractContextManager[HeadlessViewer]:
     """A viewer of a film."""
-    return _viewer([str(film)], log, True)
+    return _viewer([str(rrd)], log, True)
 
 
 @contextlib.contextmanager

@@ -23,23 +23,23 @@ def run(folder: Path, config: Config, stop_after: int = 10**9) -> RunFolder:
     return results
 
 
-def told_in(heard: Iterable[TelemetrySample]) -> list[EventMessage]:
-    return [decode_event(one.data) for one in heard if one.kind == "event"]
+def told_in(sample: Iterable[TelemetrySample]) -> list[EventMessage]:
+    return [decode_event(one.data) for one in sample if one.kind == "event"]
 
 
-def history_in(heard: Iterable[TelemetrySample], robots: Sequence[RobotId]) -> list[Event]:
+def history_in(sample: Iterable[TelemetrySample], robots: Sequence[RobotId]) -> list[Event]:
     """Return the history that robots tell of, called by their numbers again; both sides of a mating are one event."""
     numbers = {robot.hex(): number for number, robot in enumerate(robots)}
     events: list[Event] = []
     sides: list[EventMessage] = []
-    for told in told_in(heard):
-        if isinstance(told.event, Exchanged):
-            sides.append(told)
+    for message in told_in(sample):
+        if isinstance(message.event, Exchanged):
+            sides.append(message)
             if len(sides) == 2:
                 events.append(_mated(sides[0], sides[1], numbers))
                 sides.clear()
-        elif isinstance(told.event, Born | Died | Lived | TurnedOver):
-            events.append(_renamed(told.event, numbers))
+        elif isinstance(message.event, Born | Died | Lived | TurnedOver):
+            events.append(_renamed(message.event, numbers))
     assert not sides
     return events
 

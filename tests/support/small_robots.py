@@ -33,20 +33,20 @@ def new_robots(
 ) -> tuple[Robots, StepParameters, list[Robot]]:
     """Return a batch of robots that have not begun."""
     schema = agent_schema(settings.learning, settings.heredity)
-    habits = step_parameters(settings.learning, settings.life, settings.rodent)
-    batch = empty_robots(count, habits, settings.life.agents, len(schema), seed)
+    parameters = step_parameters(settings.learning, settings.life, settings.rodent)
+    batch = empty_robots(count, parameters, settings.life.agents, len(schema), seed)
     robots = [
         Robot(
             batch,
             row,
-            habits,
+            parameters,
             settings.life,
             Subpopulation(str(row), schema, Variation("two_point", 0.1), batch.genotypes[row], 50),
             RandomOrder(settings.life.slices),
         )
         for row in range(count)
     ]
-    return batch, habits, robots
+    return batch, parameters, robots
 
 
 def observation(rng: np.random.Generator) -> FloatArray:

@@ -76,8 +76,10 @@ class Crowd:
 
     def tell(self, number: int, event: RobotEvent) -> None:
         self.seqs[number] += 1
-        told = EventMessage(self.ids[number], 0, self.seqs[number], int(1000 * time.time()), event)
-        self.put(self.keys.event(self.ids[number]), encode(told))
+        message = EventMessage(
+            self.ids[number], 0, self.seqs[number], int(1000 * time.time()), event
+        )
+        self.put(self.keys.event(self.ids[number]), encode(message))
 
     def step(self) -> None:
         """Let a control period pass: everybody walks, some mate, and all is told."""

@@ -47,9 +47,9 @@ class TelemetryRecorder:
         self.states.append((time.time(), decode_state(sample.payload.to_bytes())))
 
     def _on_event(self, sample: zenoh.Sample) -> None:
-        told = decode_event(sample.payload.to_bytes())
-        if isinstance(told.event, Exchanged):
-            self.matings.append((time.time(), told.event))
+        message = decode_event(sample.payload.to_bytes())
+        if isinstance(message.event, Exchanged):
+            self.matings.append((time.time(), message.event))
 
     def scenes_within(self, from_s: float, to_s: float) -> list[Scene]:
         """Return the scenes that came between two times."""

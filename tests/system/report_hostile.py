@@ -26,12 +26,12 @@ def main() -> None:
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else SECONDS
     print(f"{ROBOTS} robots at {HZ:g} Hz, {seconds:g} s each")
     with tempfile.TemporaryDirectory() as folder, siege(Path(folder)) as besieged:
-        before = besieged.watch(seconds)
+        before = besieged.monitor(seconds)
         print(line("calm", before), flush=True)
         for attack in sys.argv[2:] or ATTACKS:
             with besieged.attacked(attack):
-                during = besieged.watch(seconds)
-            after = besieged.watch(seconds)
+                during = besieged.monitor(seconds)
+            after = besieged.monitor(seconds)
             calm = (before.matings_per_s + after.matings_per_s) / 2.0
             print(line(attack, during, f"{during.matings_per_s / calm:.0%}"), flush=True)
             print(line("calm", after), flush=True)

@@ -68,8 +68,10 @@ def take(folder: Path, robots: int, target: Path) -> None:
 def shown_at_s(folder: Path) -> float:
     """Return a moment, in the colony's time, at which a replay shows the last generation."""
     config = load(folder / "config.toml")
-    life = config.life
-    steps = (config.generations - 1) * life.agents * life.slices * life.slice_steps
+    incarnation = config.life
+    steps = (
+        (config.generations - 1) * incarnation.agents * incarnation.slices * incarnation.slice_steps
+    )
     return steps * config.arena.control_period_s + 0.75 * SHOWN_S
 
 

@@ -35,7 +35,7 @@ class Watched:
     dashboard: Process
     url: str
     viewer: HeadlessViewer
-    witness: TelemetryRecorder
+    checker: TelemetryRecorder
 
     def settle(self, until_s: float) -> None:
         """Wait until the viewer has all that was drawn up to a time."""
@@ -45,7 +45,7 @@ class Watched:
 
 
 @contextlib.contextmanager
-def watched(folder: Path) -> Iterator[Watched]:
+def status(folder: Path) -> Iterator[Watched]:
     """Everything that is needed to see a colony, for as long as it is needed."""
     with contextlib.ExitStack() as stack:
         made = stack.enter_context(colony(folder, *HUNGRY))
@@ -54,16 +54,16 @@ def watched(folder: Path) -> Iterator[Watched]:
         for number in range(ROBOTS):
             made.robot("--number", str(number))
         session = stack.enter_context(open_session(NetworkSettings(connect=(made.endpoint,))))
-        witness = TelemetryRecorder(session)
+        checker = TelemetryRecorder(session)
         viewer = stack.enter_context(headless_viewer(url, folder / "viewer.log"))
-        wait_until(lambda: len(witness.matings) >= 6, "the colony lives, and mates")
-        yield Watched(made, dashboard, url, viewer, witness)
+        wait_until(lambda: len(checker.matings) >= 6, "the colony lives, and mates")
+        yield Watched(made, dashboard, url, viewer, checker)
 
 
 @pytest.fixture(scope="module")
 def seen(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Watched]:
     """A colony that several tests look at."""
-    with watched(tmp_path_factory.mktemp("seen")) as everything:
+    with status(tmp_path_factory.mktemp("seen")) as everything:
         yield everything
 
 
@@ -127,7 +127,7 @@ WALL_PX = 5.0
 
 def moments(seen: Watched) -> Iterator[tuple[float, Scene, list[SceneRobot]]]:
     """Return moments at which robots are so far from everything that nothing hides them, and those robots."""
-    for at_s, scene in seen.witness.scenes:
+    for at_s, scene in seen.checker.scenes:
         lonely = [robot for robot in scene.robots if room_m(scene, robot) > ROOM_M]
         if len(scene.robots) == ROBOTS and len(lonely) >= 2:
             yield at_s, scene, lonely
@@ -147,7 +147,7 @@ def test_every_robot_is_drawn_where_the_colony_says_it_is(seen: Watched) -> None
         shown_s = at_s + 0.2
         picture = look_at(seen, shown_s, "Arena")
         off_px = {}
-        for scene in seen.witness.scenes_within(shown_s - LATE_S, shown_s + 0.05):
+        for scene in seen.checker.scenes_within(shown_s - LATE_S, shown_s + 0.05):
             lonely = [robot for robot in scene.robots if room_m(scene, robot) > ROOM_M]
             if len(lonely) >= 2:
                 off_px[scene.tick] = Pixels(picture, scene).off_px(scene, lonely)
@@ -160,12 +160,12 @@ def test_rings_are_in_the_colour_of_the_energy(seen: Watched) -> None:
     for at_s, scene, lonely in list(moments(seen))[:5]:
         pixels = Pixels(look_at(seen, at_s + 0.15, "Arena"), scene)
         for robot in lonely:
-            energies = seen.witness.energies(robot.robot, at_s - 1.2, at_s + 0.2)
+            energies = seen.checker.energies(robot.robot, at_s - 1.2, at_s + 0.2)
             if not energies or pixels.off_px(scene, [robot]) > 6.0:
                 continue
             found = _hue(pixels.ring(robot))
-            told = [_hue(colour) for colour in palette.energy_colours(energies).astype(float)]
-            assert max(float(found @ hue) for hue in told) > 0.985, (energies, found, told)
+            message = [_hue(colour) for colour in palette.energy_colours(energies).astype(float)]
+            assert max(float(found @ hue) for hue in message) > 0.985, (energies, found, message)
             checked += 1
     assert checked >= 4
 
@@ -177,16 +177,16 @@ def _hue(colour: np.ndarray) -> np.ndarray:
 def test_a_mating_is_a_line_between_the_two_that_mated(seen: Watched) -> None:
     """A moment after two robots have told of their mating a bright line is between them, and soon none any more."""
     found = 0
-    for at_s, mated in seen.witness.matings[:5]:
+    for at_s, mated in seen.checker.matings[:5]:
         lines: list[float | None] = []
         for shown_s in (at_s + 0.3, at_s + 4.0):
             picture = look_at(seen, shown_s, "Arena")
-            if any(abs(shown_s - 0.7 - t) < 0.9 for t, _ in seen.witness.matings if t != at_s) and (
+            if any(abs(shown_s - 0.7 - t) < 0.9 for t, _ in seen.checker.matings if t != at_s) and (
                 shown_s > at_s + 1.0
             ):
                 lines.append(None)
                 continue
-            scene = seen.witness.scenes_within(shown_s - LATE_S, shown_s)[-1]
+            scene = seen.checker.scenes_within(shown_s - LATE_S, shown_s)[-1]
             lines.append(_line_share(Pixels(picture, scene), scene, mated.encounter))
         if lines[0] is not None and lines[1] is not None:
             assert lines[1] < 0.2, "it has gone"
@@ -237,14 +237,14 @@ def test_a_robot_that_is_killed_turns_grey_and_comes_back(seen: Watched) -> None
     killed_s = time.time()
     wait_until(lambda: seen.viewer.until_s("wall") > killed_s + 3.5, "three seconds pass")
     picture = look_at(seen, killed_s + 3.0, "Arena")
-    scene = seen.witness.scenes_within(killed_s + 2.6, killed_s + 3.0)[-1]
+    scene = seen.checker.scenes_within(killed_s + 2.6, killed_s + 3.0)[-1]
     body = next(r for r in scene.robots if r.robot == robot.id)
     assert np.ptp(Pixels(picture, scene).ring(body)) < 40
     robot.start()
     robot.wait_for("has body")
     back_s = time.time() + 1.5
     picture = look_at(seen, back_s, "Arena")
-    scene = seen.witness.scenes_within(back_s - LATE_S, back_s)[-1]
+    scene = seen.checker.scenes_within(back_s - LATE_S, back_s)[-1]
     body = next(r for r in scene.robots if r.robot == robot.id)
     assert np.ptp(Pixels(picture, scene).ring(body)) > 60
 
@@ -262,6 +262,6 @@ def test_a_dashboard_that_is_killed_is_started_again_and_knows_what_was_before(
         assert again.wait(20.0) == 0
     from rerun.chunk import RrdReader
 
-    film = out / "dashboard.rrd"
-    paths = {str(chunk.entity_path) for chunk in RrdReader(str(film)).stream()}
+    rrd = out / "dashboard.rrd"
+    paths = {str(chunk.entity_path) for chunk in RrdReader(str(rrd)).stream()}
     assert {"/arena/world/robots", "/lineage/family", "/network/robots"} <= paths

@@ -105,10 +105,10 @@ def test_it_ends_well_when_told_to_and_its_film_is_whole(tmp_path: Path) -> None
         made.robot()
         dashboard = start(made, "--out", str(tmp_path / "watched"))
         dashboard.wait_for("watching colony")
-        film = tmp_path / "watched" / "dashboard.rrd"
-        wait_until(lambda: film.stat().st_size > 50_000, "something is filmed")
+        rrd = tmp_path / "watched" / "dashboard.rrd"
+        wait_until(lambda: rrd.stat().st_size > 50_000, "something is filmed")
         dashboard.signal(signal.SIGTERM)
         assert dashboard.wait(10.0) == 0
     from rerun.chunk import RrdReader
 
-    assert RrdReader(str(film)).store() is not None, "only a film with its footer has an index"
+    assert RrdReader(str(rrd)).store() is not None, "only a film with its footer has an index"

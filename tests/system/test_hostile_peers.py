@@ -23,7 +23,7 @@ LEAST_MATED = 0.8
 """Of the share of encounters that become matings in calm whiles; the promise is 0.9."""
 LATEST = 1.5
 """The 99th percentile of control periods, of a period more than in calm whiles."""
-MOST_GROWN_MIB = 40.0
+MAX_GROWN_MIB = 40.0
 
 
 @dataclass
@@ -36,16 +36,16 @@ class Besieged:
     def withstands(self, attack: str) -> tuple[Figures, list[RobotState]]:
         """Let a peer attack; check what holds under any attack; return the figures and what robots told before."""
         before = self.states()
-        self.calm.append(self.siege.watch(CALM_S))
+        self.calm.append(self.siege.monitor(CALM_S))
         with self.siege.attacked(attack):
-            during = self.siege.watch(ATTACK_S)
+            during = self.siege.monitor(ATTACK_S)
         for process in self.siege.honest:
             assert process.is_running, process.said[-2000:]
         share = statistics.mean(figures.mated_share for figures in self.calm)
         latest = statistics.mean(figures.period_ms[1] for figures in self.calm)
         assert during.mated_share >= LEAST_MATED * share > 0.0, during
         assert during.period_ms[1] <= latest + LATEST * 1000.0 / HZ, during
-        assert during.grown_mib <= MOST_GROWN_MIB, during
+        assert during.grown_mib <= MAX_GROWN_MIB, during
         return during, before
 
     def states(self) -> list[RobotState]:
@@ -64,7 +64,7 @@ class Besieged:
 def besieged(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Besieged]:
     """A colony for all attacks; afterwards its ledger is exact."""
     with siege(tmp_path_factory.mktemp("siege")) as made:
-        yield Besieged(made, [made.watch(CALM_S)])
+        yield Besieged(made, [made.monitor(CALM_S)])
         settle(made.made, made.view)
         made.made.stop_robots()
         check_ledger(made.made.memories)

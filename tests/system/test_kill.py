@@ -46,17 +46,17 @@ def test_sixty_kills_leave_an_exact_ledger(tmp_path: Path) -> None:
             robot = chance.choice([robot for robot in robots if robot.has_body] or robots)
             robot.kill()
             robot.start()
-        during = len(view.exchanges(begun))
+        during = len(view.mating_driver(begun))
         settle(made, view)
         made.calm_down(view)
         ledger = check_ledger(made.memories)
-        told = view.exchanges()
-        assert len(set(told)) == len(told), "a robot decided twice about an encounter"
+        message = view.mating_driver()
+        assert len(set(message)) == len(message), "a robot decided twice about an encounter"
         assert during >= 20, "with so few matings this shows nothing"
-        assert 2 * ledger.matings >= len(told)
+        assert 2 * ledger.matings >= len(message)
         assert ledger.turnovers > 0
         for robot in robots:
-            lives = view.lives[robot.id]
+            lives = view.incarnations[robot.id]
             assert len(lives) > 1
             assert lives == sorted(set(lives)), "every life is newer than the one before"
 
@@ -75,7 +75,7 @@ def test_frozen_robots_hold_nobody_up_and_come_back(running: tuple[Colony, View]
     states = [line.state for line in view.all(Stated, begun) if line.state.robot in others]
     assert len(states) >= 30
     assert statistics.median(state.period_ms for state in states) < 2 * 1000.0 / HZ
-    assert sum(robot in others for robot, _ in view.exchanges(begun)) >= 4
+    assert sum(robot in others for robot, _ in view.mating_driver(begun)) >= 4
     settle(made, view)
 
 

@@ -27,8 +27,8 @@ def test_a_colony_of_processes_lives_the_history_of_an_embedded_one(
         json.loads((tmp_path / run / "run.json").read_text())["history_hash"]
         for run in ("launched", "evolved")
     ]
-    for process, told in zip((launched, evolved), hashes, strict=True):
-        assert process.said.splitlines()[-1] == f"history hash: {told}"
+    for process, message in zip((launched, evolved), hashes, strict=True):
+        assert process.said.splitlines()[-1] == f"history hash: {message}"
     assert hashes[0] == hashes[1]
     matings = launched.said.partition(" matings led to")[0].split()[-1]
     assert int(matings) >= 5, "with so few matings this shows nothing"

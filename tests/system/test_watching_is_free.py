@@ -46,8 +46,8 @@ def test_a_lockstep_colony_has_the_same_history_whoever_watches(tmp_path: Path) 
             dashboard.kill()
             assert launched.wait(120.0) == 0, launched.said
     for run in ("evolved", "launched"):
-        told = json.loads((tmp_path / run / "run.json").read_text())
-        hashes.append(told["history_hash"])
+        message = json.loads((tmp_path / run / "run.json").read_text())
+        hashes.append(message["history_hash"])
     assert hashes[0] == hashes[1]
 
 
@@ -103,8 +103,8 @@ def test_robots_keep_their_control_period_whoever_watches(
                 viewer.process.kill()
                 dashboard.kill()
             killed = periods(session, SECONDS)
-    for watched in (stalled_viewer, stalled_dashboard, killed):
-        assert abs(float(np.median(watched)) - float(np.median(unwatched))) < 0.05 / HZ
+    for status in (stalled_viewer, stalled_dashboard, killed):
+        assert abs(float(np.median(status)) - float(np.median(unwatched))) < 0.05 / HZ
         least = 0.97 * SECONDS * HZ * 4
-        assert len(watched) > least, "no control periods were left out"
-        print(f"p99 {np.quantile(watched, 0.99):.4f} s", file=sys.stderr)
+        assert len(status) > least, "no control periods were left out"
+        print(f"p99 {np.quantile(status, 0.99):.4f} s", file=sys.stderr)

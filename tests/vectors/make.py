@@ -163,10 +163,10 @@ TELEMETRY: dict[str, Message] = {
 def make() -> dict[str, bytes]:
     """Return the bytes of every vector by the name of its file."""
     vectors = {}
-    for name, letter in LETTERS.items():
-        is_initiators = isinstance(letter, BY_INITIATOR)
+    for name, envelope in LETTERS.items():
+        is_initiators = isinstance(envelope, BY_INITIATOR)
         sender = INITIATOR if is_initiators else RESPONDER
-        vectors[f"{name}.msgpack"] = sign_message(letter, COLONY, sender)
+        vectors[f"{name}.msgpack"] = sign_message(envelope, COLONY, sender)
     for name, message in {**BODIES, **TELEMETRY}.items():
         vectors[f"{name}.msgpack"] = encode(message)
     return vectors

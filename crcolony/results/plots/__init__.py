@@ -21,7 +21,9 @@ def draw_plots(folder: Path) -> list[Path]:
     return draw_conditions(read_conditions([folder]), folder / "plots", ("png",))
 
 
-def draw_conditions(arms: Sequence[Condition], out: Path, formats: Sequence[str]) -> list[Path]:
+def draw_conditions(
+    conditions: Sequence[Condition], out: Path, formats: Sequence[str]
+) -> list[Path]:
     """Draw the figures of some arms into a folder, each in every format (pdf, svg or png); return the files.
 
     Equal runs give equal bytes. Raises PlotError if matplotlib is missing, or a file cannot be read or written.
@@ -34,6 +36,6 @@ def draw_conditions(arms: Sequence[Condition], out: Path, formats: Sequence[str]
     with style():
         return [
             write(figure, out / f"{name}.{format_}")
-            for name, figure in draw_figures(arms).items()
+            for name, figure in draw_figures(conditions).items()
             for format_ in formats
         ]

@@ -18,7 +18,7 @@ from crcolony.robot.modules import MODULES
 from crcolony.storage.files import FolderError
 
 _MEANS = ("generation", "matings", "conceptions", "captures", "energy", "starved", "lived_steps")
-_MOST_DIFFERENCES = 3
+_MAX_DIFFERENCES = 3
 """Arms that differ in more settings are told apart by their folders."""
 
 
@@ -78,15 +78,17 @@ def read_conditions(folders: Sequence[Path]) -> tuple[Condition, ...]:
     """
     try:
         found = [run for folder in folders for run in _runs_in(folder)]
-        arms = _grouped([_read_run(folder) for folder in found])
+        conditions = _grouped([_read_run(folder) for folder in found])
     except (ConfigError, FolderError) as error:
         raise PlotError(str(error)) from None
     except OSError as error:
         raise PlotError(f"{error.filename}: cannot be read: {error.strerror}") from None
-    names = [runs[0].folder.parent.name.replace("-", " ") for runs in arms]
+    names = [runs[0].folder.parent.name.replace("-", " ") for runs in conditions]
     if not set(found).isdisjoint(folders) or len(set(names)) < len(names):
-        return tuple(map(Condition, _differences(arms), arms))
-    by_name = sorted(map(Condition, names, arms), key=lambda arm: _distance(arm.config))
+        return tuple(map(Condition, _differences(conditions), conditions))
+    by_name = sorted(
+        map(Condition, names, conditions), key=lambda condition: _distance(condition.config)
+    )
     return tuple(
         by_name
     )  # what others are compared with comes first: it is nearest to the defaults
@@ -144,16 +146,16 @@ def _columns() -> list[str]:
 
 def _grouped(runs: Sequence[Run]) -> list[tuple[Run, ...]]:
     """Put the runs of the same settings together, in the order in which they come."""
-    arms: dict[Config, tuple[Run, ...]] = {}
+    conditions: dict[Config, tuple[Run, ...]] = {}
     for run in runs:
         setting = msgspec.structs.replace(run.config, seed=0, generations=0)
-        others = arms.get(setting, ())
+        others = conditions.get(setting, ())
         _refuse_twice(run, others)
-        arms[setting] = (*others, run)
-    for alike in arms.values():
+        conditions[setting] = (*others, run)
+    for alike in conditions.values():
         if not band_of([run.table for run in alike], "matings").count.size:
             raise PlotError(f"{alike[0].folder}: has no generation in common with its like")
-    return list(arms.values())
+    return list(conditions.values())
 
 
 def _refuse_twice(run: Run, others: Sequence[Run]) -> None:
@@ -163,22 +165,22 @@ def _refuse_twice(run: Run, others: Sequence[Run]) -> None:
             raise PlotError(f"{run.folder}: the same run as {other.folder}")
 
 
-def _differences(arms: Sequence[Sequence[Run]]) -> list[str]:
+def _differences(conditions: Sequence[Sequence[Run]]) -> list[str]:
     """Name each arm by the settings in which arms differ; where these are several, by those that are not defaults."""
-    settings = [_settings(runs[0].config) for runs in arms]
+    settings = [_settings(runs[0].config) for runs in conditions]
     keys = [key for key in settings[0] if any(each[key] != settings[0][key] for each in settings)]
     if len(keys) > 1:
         defaults = _settings(Config())
         shown = [[key for key in keys if each[key] != defaults[key]] for each in settings]
     else:
         shown = [keys for _ in settings]
-    if max(map(len, shown)) > _MOST_DIFFERENCES:
-        return [str(runs[0].folder) for runs in arms]
+    if max(map(len, shown)) > _MAX_DIFFERENCES:
+        return [str(runs[0].folder) for runs in conditions]
     names = [
         ", ".join(f"{key} = {_in_toml(each[key])}" for key in own)
         for own, each in zip(shown, settings, strict=True)
     ]
-    return [name or "baseline" for name in names] if len(arms) > 1 else names
+    return [name or "baseline" for name in names] if len(conditions) > 1 else names
 
 
 def _distance(config: Config) -> int:

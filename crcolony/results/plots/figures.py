@@ -38,47 +38,47 @@ _LETTERS_PER_IN, _HANDLE_LETTERS, _LINE_IN = 14.5, 8, 0.16
 """How large the text of a legend is, and how wide its pieces of lines are."""
 
 
-def draw_figures(arms: Sequence[Condition]) -> dict[str, Figure]:
+def draw_figures(conditions: Sequence[Condition]) -> dict[str, Figure]:
     """Return the figures of some arms by name; of several runs also `matings` alone, for a column of a paper.
 
     Raises PlotError for more arms than can be told apart, or a history that cannot be read.
     """
-    if len(arms) > len(LINES):
-        raise PlotError(f"{len(arms)} settings: a figure can tell {len(LINES)} apart")
-    figures = {} if _is_single(arms) else {"matings": draw_matings(arms)}
+    if len(conditions) > len(LINES):
+        raise PlotError(f"{len(conditions)} settings: a figure can tell {len(LINES)} apart")
+    figures = {} if _is_single(conditions) else {"matings": draw_matings(conditions)}
     return figures | {
-        "generations": draw_generations(arms),
-        "meta_parameters": draw_meta_parameters(arms),
-        "potentials": draw_potentials(arms),
+        "generations": draw_generations(conditions),
+        "meta_parameters": draw_meta_parameters(conditions),
+        "potentials": draw_potentials(conditions),
     }
 
 
-def draw_matings(arms: Sequence[Condition]) -> Figure:
+def draw_matings(conditions: Sequence[Condition]) -> Figure:
     """Draw the matings by generation, one column wide."""
     figure = new_figure(COLUMN_IN, 1.9)
     axes = figure.subplots()
-    _draw_lines(axes, arms, "matings")
+    _draw_lines(axes, conditions, "matings")
     begin_axes(axes)
     axes.set_xlabel("generation")
     axes.set_ylabel("matings per agent")
-    _add_legend(figure, arms, caption(arms))
+    _add_legend(figure, conditions, caption(conditions))
     return figure
 
 
-def draw_generations(arms: Sequence[Condition]) -> Figure:
+def draw_generations(conditions: Sequence[Condition]) -> Figure:
     """Draw what agents did, and how they fared, by generation."""
     figure = new_figure(PAGE_IN, 3.2)
     rows = figure.subplots(2, 3, sharex=True)
     for axes, (column, title) in zip(rows.flat, _PANELS.items(), strict=True):
-        _draw_lines(axes, arms, column)
+        _draw_lines(axes, conditions, column)
         begin_axes(axes, title, top=1.0 if column in _SHARES else 0.0)
     for axes in rows[-1]:
         axes.set_xlabel("generation")
-    _add_legend(figure, arms, caption(arms))
+    _add_legend(figure, conditions, caption(conditions))
     return figure
 
 
-def draw_meta_parameters(arms: Sequence[Condition]) -> Figure:
+def draw_meta_parameters(conditions: Sequence[Condition]) -> Figure:
     """Draw each module's meta-parameters: of one run the median and the spread over agents, of more the medians.
 
     The axes reach as far as evolution may take a meta-parameter.
@@ -88,25 +88,25 @@ def draw_meta_parameters(arms: Sequence[Condition]) -> Figure:
     for module, axes_row in zip(MODULES, rows, strict=True):
         for meta, axes in zip(META_PARAMETERS, axes_row, strict=True):
             gene = f"{module.name}.{meta}"
-            if _is_single(arms):
-                _draw_spread(axes, arms[0], gene)
-            _draw_lines(axes, arms, quantile_of(gene, 0.5))
-            begin_axes(axes, top=_highest(arms, meta))
+            if _is_single(conditions):
+                _draw_spread(axes, conditions[0], gene)
+            _draw_lines(axes, conditions, quantile_of(gene, 0.5))
+            begin_axes(axes, top=_highest(conditions, meta))
         axes_row[0].set_ylabel(module.name)
     for meta, top, bottom in zip(META_PARAMETERS, rows[0], rows[-1], strict=True):
         top.set_title(_SYMBOLS[meta])
         bottom.set_xlabel("generation")
-    if _is_single(arms):
+    if _is_single(conditions):
         words = "Medians over agents, and the middle 50 % and 90 % of them"
     else:
-        words = f"Each run's median over agents. {caption(arms)}".strip()
-    _add_legend(figure, arms, words)
+        words = f"Each run's median over agents. {caption(conditions)}".strip()
+    _add_legend(figure, conditions, words)
     return figure
 
 
-def caption(arms: Sequence[Condition]) -> str:
+def caption(conditions: Sequence[Condition]) -> str:
     """Say what lines and bands are; nothing where no arm has several runs."""
-    sizes = {len(arm.runs) for arm in arms}
+    sizes = {len(condition.runs) for condition in conditions}
     if max(sizes) == 1:
         return ""
     if max(sizes) < FEWEST:
@@ -119,22 +119,22 @@ def caption(arms: Sequence[Condition]) -> str:
     return "Means over runs with 95 % intervals (Student's t)"
 
 
-def _is_single(arms: Sequence[Condition]) -> bool:
+def _is_single(conditions: Sequence[Condition]) -> bool:
     """Tell whether there is but one run."""
-    return sum(len(arm.runs) for arm in arms) == 1
+    return sum(len(condition.runs) for condition in conditions) == 1
 
 
-def _draw_lines(axes: Axes, arms: Sequence[Condition], column: str) -> None:
-    for arm, line in zip(arms, LINES, strict=False):
-        band = arm.band(column)
-        if len(arm.runs) > 1:
+def _draw_lines(axes: Axes, conditions: Sequence[Condition], column: str) -> None:
+    for condition, line in zip(conditions, LINES, strict=False):
+        band = condition.band(column)
+        if len(condition.runs) > 1:
             axes.fill_between(band.generation, band.low, band.high, **band_look(line))
         dot = "o" if band.generation.size == 1 else ""  # a line of one point is not seen
         axes.plot(band.generation, band.mean, marker=dot, **line)
 
 
-def _draw_spread(axes: Axes, arm: Condition, gene: str) -> None:
-    table = arm.runs[0].table
+def _draw_spread(axes: Axes, condition: Condition, gene: str) -> None:
+    table = condition.runs[0].table
     for low, high in ((0.05, 0.95), (0.25, 0.75)):
         axes.fill_between(
             table["generation"],
@@ -144,29 +144,31 @@ def _draw_spread(axes: Axes, arm: Condition, gene: str) -> None:
         )
 
 
-def _highest(arms: Sequence[Condition], meta: str) -> float:
+def _highest(conditions: Sequence[Condition], meta: str) -> float:
     """Return how large a meta-parameter can be in any of the arms."""
-    return max(float(getattr(arm.config.heredity, f"highest_{meta}")) for arm in arms)
+    return max(
+        float(getattr(condition.config.heredity, f"highest_{meta}")) for condition in conditions
+    )
 
 
-def _add_legend(figure: Figure, arms: Sequence[Condition], title: str) -> None:
+def _add_legend(figure: Figure, conditions: Sequence[Condition], title: str) -> None:
     """Put a legend on top and make room for it: each arm a line in its band, side by side as far as they fit."""
-    labels = [arm.label for arm in arms]
+    labels = [condition.label for condition in conditions]
     bands = [Patch(**band_look(line)) for line in LINES]
     lines = [Line2D([], [], **line) for line in LINES]
     handles: list[Any] = [  # matplotlib's types know no legend of a line in its band
-        (band, line) if len(arm.runs) > 1 else (line,)
-        for arm, band, line in zip(arms, bands, lines, strict=False)
+        (band, line) if len(condition.runs) > 1 else (line,)
+        for condition, band, line in zip(conditions, bands, lines, strict=False)
     ]
-    letters = int(figure.get_figwidth() * _LETTERS_PER_IN)
-    columns = max(1, letters // (max(map(len, labels)) + _HANDLE_LETTERS))
+    envelopes = int(figure.get_figwidth() * _LETTERS_PER_IN)
+    columns = max(1, envelopes // (max(map(len, labels)) + _HANDLE_LETTERS))
     figure.legend(
         handles,
         labels,
         loc="outside upper left",
-        ncols=min(columns, len(arms)),
+        ncols=min(columns, len(conditions)),
         title=title,
         alignment="left",
     )
-    height = ceil(len(arms) / columns) + len(title.splitlines())
+    height = ceil(len(conditions) / columns) + len(title.splitlines())
     figure.set_figheight(figure.get_figheight() + _LINE_IN * height)

@@ -35,18 +35,20 @@ class _Row:
     config: Config
 
 
-def draw_potentials(arms: Sequence[Condition]) -> Figure:
+def draw_potentials(conditions: Sequence[Condition]) -> Figure:
     """Draw a potential for each module; raises PlotError if a history cannot be read."""
-    runs = [run for arm in arms for run in arm.runs]
+    runs = [run for condition in conditions for run in condition.runs]
     if len(runs) == 1:
         return _draw("Potentials of the agents that mated most", _best_of(runs[0]))
-    means = [_mean_of(arm) for arm in _shaped(arms)]
+    means = [_mean_of(condition) for condition in _shaped(conditions)]
     return _draw("Mean potentials of the last generation's agents", means)
 
 
-def _shaped(arms: Sequence[Condition]) -> Sequence[Condition]:
+def _shaped(conditions: Sequence[Condition]) -> Sequence[Condition]:
     """Leave out the arms whose potentials are flat, if there are others."""
-    return [arm for arm in arms if arm.config.learning.shaping] or arms
+    return [
+        condition for condition in conditions if condition.config.learning.shaping
+    ] or conditions
 
 
 def _best_of(run: Run) -> list[_Row]:
@@ -58,15 +60,15 @@ def _best_of(run: Run) -> list[_Row]:
     ]
 
 
-def _mean_of(arm: Condition) -> _Row:
+def _mean_of(condition: Condition) -> _Row:
     """Return the mean over runs of the mean over all agents of the last generation that is drawn.
 
     A potential is linear in its genes: that of the mean genes is the mean potential.
     """
-    last = arm.band("matings").generation[-1]
-    runs = [run for run in arm.runs if last in run.table["generation"]]
+    last = condition.band("matings").generation[-1]
+    runs = [run for run in condition.runs if last in run.table["generation"]]
     means = [np.mean([genes for genes, _ in _read_agents(run, int(last))], axis=0) for run in runs]
-    return _Row(arm.label, np.mean(means, axis=0), arm.config)
+    return _Row(condition.label, np.mean(means, axis=0), condition.config)
 
 
 def _read_agents(run: Run, generation: int) -> list[tuple[FloatArray, int]]:

@@ -92,32 +92,32 @@ class ArenaTab:
             name="Arena",
         )
 
-    def setup(self, stage: RerunStreams) -> None:
+    def setup(self, streams: RerunStreams) -> None:
         """Nothing is there before an arena is seen."""
 
-    def draw(self, stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
+    def draw(self, streams: RerunStreams, view: ColonyView, moment: Moment) -> None:
         """Draw everybody where they are now, if there is anything new."""
         if self._seldom.is_due(moment.unix_s):
-            self._draw_now(stage, spectator, moment)
+            self._draw_now(streams, view, moment)
         if not self._often.is_due(moment.unix_s):
             return
-        scenes = spectator.scenes()
+        scenes = view.scenes()
         crowd = crowd_of(scenes)
-        looks = self._looks.of(spectator, crowd, moment.unix_s)
+        looks = self._looks.of(view, crowd, moment.unix_s)
         latest = ({scene.arena: scene.seq for scene in scenes}, looks.stale)
         if latest != self._drawn:
             self._drawn = latest
-            self._draw_frame(stage, scenes, moment)
+            self._draw_frame(streams, scenes, moment)
             if self._packs.is_due([scene.packs for scene in scenes], moment.unix_s):
-                self._draw_packs(stage, scenes, crowd)
-            self._draw_robots(stage, spectator, crowd, looks)
-            self._draw_fields(stage, spectator, crowd)
+                self._draw_packs(streams, scenes, crowd)
+            self._draw_robots(streams, view, crowd, looks)
+            self._draw_fields(streams, view, crowd)
             if self._at_times.is_due(moment.unix_s):
-                self._draw_founders(stage, crowd, looks)
-                self._draw_trails(stage, scenes, crowd)
-        self._draw_pairings(stage, spectator, crowd, moment)
+                self._draw_founders(streams, crowd, looks)
+                self._draw_trails(streams, scenes, crowd)
+        self._draw_pairings(streams, view, crowd, moment)
 
-    def _draw_frame(self, stage: RerunStreams, scenes: Sequence[Scene], moment: Moment) -> None:
+    def _draw_frame(self, streams: RerunStreams, scenes: Sequence[Scene], moment: Moment) -> None:
         """Draw walls when they have changed, and fit them into the view; y points up, as in the arena."""
         import rerun as rr
 
@@ -129,8 +129,8 @@ class ArenaTab:
             corners * (scene.width_m, scene.height_m) + np.array((offset_m, 0.0))
             for scene, offset_m in zip(scenes, offsets_m(scenes), strict=True)
         ]
-        stage.log(ROOT, fit(np.concatenate(strips)))
-        stage.log(
+        streams.log(ROOT, fit(np.concatenate(strips)))
+        streams.log(
             f"{ROOT}/walls",
             rr.LineStrips2D(
                 strips,
@@ -143,7 +143,7 @@ class ArenaTab:
         )
 
     @staticmethod
-    def _draw_packs(stage: RerunStreams, scenes: Sequence[Scene], crowd: Crowd) -> None:
+    def _draw_packs(streams: RerunStreams, scenes: Sequence[Scene], crowd: Crowd) -> None:
         import rerun as rr
 
         packs = [
@@ -153,7 +153,7 @@ class ArenaTab:
         ]
         table = np.array(packs, dtype=float).reshape(-1, 3)
         colours = np.where(table[:, 2:] > 0.0, palette.PACK, palette.EMPTY_PACK)
-        stage.log(
+        streams.log(
             f"{ROOT}/packs",
             rr.Points2D(
                 table[:, :2],
@@ -164,9 +164,7 @@ class ArenaTab:
         )
 
     @staticmethod
-    def _draw_robots(
-        stage: RerunStreams, spectator: ColonyView, crowd: Crowd, looks: Looks
-    ) -> None:
+    def _draw_robots(streams: RerunStreams, view: ColonyView, crowd: Crowd, looks: Looks) -> None:
         import rerun as rr
 
         is_labelled = len(crowd.robots) <= _LABELLED
@@ -176,7 +174,7 @@ class ArenaTab:
             crowd.points,
             radii=_FACE * crowd.radius_m,
             colors=looks.faces,
-            labels=[spectator.call(robot) for robot in crowd.robots] if is_labelled else None,
+            labels=[view.call(robot) for robot in crowd.robots] if is_labelled else None,
             show_labels=is_labelled,
             draw_order=21.0,
         )
@@ -186,24 +184,24 @@ class ArenaTab:
             colors=[palette.INK],
             draw_order=22.0,
         )
-        stage.log(f"{ROOT}/energy", discs)
-        stage.log(f"{ROOT}/robots", faces)
-        stage.log(f"{ROOT}/headings", headings)
+        streams.log(f"{ROOT}/energy", discs)
+        streams.log(f"{ROOT}/robots", faces)
+        streams.log(f"{ROOT}/headings", headings)
 
     @staticmethod
-    def _draw_founders(stage: RerunStreams, crowd: Crowd, looks: Looks) -> None:
+    def _draw_founders(streams: RerunStreams, crowd: Crowd, looks: Looks) -> None:
         import rerun as rr
 
         discs = rr.Points2D(crowd.points, radii=crowd.radius_m, colors=looks.founders)
-        stage.log(f"{ROOT}/founders", discs)
+        streams.log(f"{ROOT}/founders", discs)
 
-    def _draw_trails(self, stage: RerunStreams, scenes: Sequence[Scene], crowd: Crowd) -> None:
+    def _draw_trails(self, streams: RerunStreams, scenes: Sequence[Scene], crowd: Crowd) -> None:
         """Leave a small point where everybody is; the viewer shows those of the last seconds."""
         import rerun as rr
 
         self._times_s.append(scenes[0].tick * scenes[0].period_s if scenes else 0.0)
         is_smooth = 0.0 <= self._times_s[-1] - self._times_s[0] <= _JUMP_S
-        stage.log(
+        streams.log(
             f"{ROOT}/trails",
             rr.Points2D(
                 crowd.points if is_smooth else np.zeros((0, 2)),
@@ -213,12 +211,12 @@ class ArenaTab:
             ),
         )
 
-    def _draw_fields(self, stage: RerunStreams, spectator: ColonyView, crowd: Crowd) -> None:
+    def _draw_fields(self, streams: RerunStreams, view: ColonyView, crowd: Crowd) -> None:
         """Draw what the cameras of a few robots see, as far as their arena has told it."""
         strips: list[Points] = []
         if len(crowd.robots) <= _FIELDS:
-            shifts_m = offsets_m(spectator.scenes())
-            for arena, shift_m in zip(spectator.arenas, shifts_m, strict=True):
+            shifts_m = offsets_m(view.scenes())
+            for arena, shift_m in zip(view.arenas, shifts_m, strict=True):
                 body = self._settings.of_arena(arena.metadata)
                 if body is None or not body.camera or arena.scene is None:
                     continue
@@ -228,17 +226,17 @@ class ArenaTab:
                     rim = field_rim(eye, angles, body.camera_range_m, arena.scene)
                     strips.append(np.vstack([eye, rim, eye]) + np.array((shift_m, 0.0)))
         colours = [palette.FAINT] * len(strips)
-        self._draw_lines(stage, "camera_fields", strips, colours, width=0.75, order=5.0)
+        self._draw_lines(streams, "camera_fields", strips, colours, width=0.75, order=5.0)
 
     def _draw_pairings(
-        self, stage: RerunStreams, spectator: ColonyView, crowd: Crowd, moment: Moment
+        self, streams: RerunStreams, view: ColonyView, crowd: Crowd, moment: Moment
     ) -> None:
         """Draw lines between who has just met or mated; take them away again a moment later."""
-        where = dict(zip(crowd.robots, crowd.points, strict=True)) if spectator.pairings else {}
+        where = dict(zip(crowd.robots, crowd.points, strict=True)) if view.pairings else {}
         meetings: list[Points] = []
         matings: list[Points] = []
         colours: list[palette.Colour] = []
-        for pairing in spectator.pairings:
+        for pairing in view.pairings:
             one, other = (where.get(robot) for robot in pairing.robots)
             is_over = moment.unix_s - pairing.unix_s > (MATING_S if pairing.mated else MEETING_S)
             if one is None or other is None or is_over:
@@ -248,12 +246,12 @@ class ArenaTab:
                 colours.append(palette.CONCEIVED if pairing.conceived else palette.MATED)
             else:
                 meetings.append(np.stack([one, other]))
-        self._draw_lines(stage, "meetings", meetings, [palette.MET] * len(meetings), 1.0, 29.0)
-        self._draw_lines(stage, "matings", matings, colours, 3.0, 30.0)
+        self._draw_lines(streams, "meetings", meetings, [palette.MET] * len(meetings), 1.0, 29.0)
+        self._draw_lines(streams, "matings", matings, colours, 3.0, 30.0)
 
     def _draw_lines(
         self,
-        stage: RerunStreams,
+        streams: RerunStreams,
         kind: str,
         lines: list[Points],
         colours: list[palette.Colour],
@@ -269,14 +267,14 @@ class ArenaTab:
             strips = rr.LineStrips2D(
                 lines, radii=radius, colors=palette.colours(colours), draw_order=order
             )
-            stage.log(f"{ROOT}/{kind}", strips)
+            streams.log(f"{ROOT}/{kind}", strips)
 
     @staticmethod
-    def _draw_now(stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
+    def _draw_now(streams: RerunStreams, view: ColonyView, moment: Moment) -> None:
         import rerun as rr
 
-        text = "\n".join(now_in_words(spectator))
-        stage.log("/arena/now", rr.TextDocument(text, media_type="text/markdown"))
+        text = "\n".join(now_in_words(view))
+        streams.log("/arena/now", rr.TextDocument(text, media_type="text/markdown"))
 
 
 def fit(corners_m: Points) -> object:

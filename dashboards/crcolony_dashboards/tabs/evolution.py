@@ -97,28 +97,28 @@ class EvolutionTab:
             name="Evolution",
         )
 
-    def setup(self, stage: RerunStreams) -> None:
+    def setup(self, streams: RerunStreams) -> None:
         """Nothing is there before a generation is over."""
 
-    def draw(self, stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
+    def draw(self, streams: RerunStreams, view: ColonyView, moment: Moment) -> None:
         """Draw generations that have ended since the last time."""
         if not self._beat.is_due(moment.unix_s):
             return
-        for colony, generation in spectator.take_ended_generations(moment.unix_s):
-            stage.set_time(_end_of(generation, spectator.period_s(), moment))
-            number = list(spectator.colonies).index(colony.name)
-            self._draw_measures(stage, colony, generation, palette.series_colour(number))
-            mind = self._mind_of(spectator, colony, generation.genotypes)
+        for colony, generation in view.take_ended_generations(moment.unix_s):
+            streams.set_time(_end_of(generation, view.period_s(), moment))
+            number = list(view.colonies).index(colony.name)
+            self._draw_measures(streams, colony, generation, palette.series_colour(number))
+            mind = self._mind_of(view, colony, generation.genotypes)
             if mind is not None:
-                self._draw_genes(stage, colony, generation, mind)
-        stage.set_time(moment)
-        self._draw_agent(stage, spectator, moment)
+                self._draw_genes(streams, colony, generation, mind)
+        streams.set_time(moment)
+        self._draw_agent(streams, view, moment)
 
-    def _mind_of(self, spectator: ColonyView, colony: Colony, genotypes: FloatArray) -> Mind | None:
+    def _mind_of(self, view: ColonyView, colony: Colony, genotypes: FloatArray) -> Mind | None:
         """Return how genes of a colony are read: as one of its robots says whose genes are as many."""
-        for watched in spectator.alive:
+        for status in view.alive:
             mind = (
-                self._settings.of_robot(watched.metadata) if watched.colony == colony.name else None
+                self._settings.of_robot(status.metadata) if status.colony == colony.name else None
             )
             if mind is None or not _sees(mind):
                 continue
@@ -127,7 +127,7 @@ class EvolutionTab:
         return None
 
     def _draw_measures(
-        self, stage: RerunStreams, colony: Colony, generation: Generation, colour: palette.Colour
+        self, streams: RerunStreams, colony: Colony, generation: Generation, colour: palette.Colour
     ) -> None:
         import rerun as rr
 
@@ -141,19 +141,19 @@ class EvolutionTab:
                 colors=[colour],
                 widths=[2.0],
             )
-            stage.log(path, mean)
+            streams.log(path, mean)
             if f"{path}_ends" not in self._styled:  # what the axis is scaled by: the band is not
                 self._styled.add(f"{path}_ends")
                 ends = rr.SeriesLines(
                     names=["mean - sd", "mean + sd"], colors=[_dimmed(colour)] * 2, widths=[0.5] * 2
                 )
-                stage.log(f"{path}_ends", ends, static=True)
-            stage.log(
+                streams.log(f"{path}_ends", ends, static=True)
+            streams.log(
                 f"{path}_ends", rr.Scalars([spread.mean - spread.sd, spread.mean + spread.sd])
             )
 
     def _draw_genes(
-        self, stage: RerunStreams, colony: Colony, generation: Generation, mind: Mind
+        self, streams: RerunStreams, colony: Colony, generation: Generation, mind: Mind
     ) -> None:
         import rerun as rr
 
@@ -174,13 +174,13 @@ class EvolutionTab:
                         marker_sizes=[1.2] * _CLOUD,
                     )
                     line = rr.SeriesLines(names=["median"], colors=[palette.INK], widths=[1.6])
-                    stage.log(f"{path}/{name}", dots, static=True)
-                    stage.log(f"{path}/{name}_median", line, static=True)
-                stage.log(f"{path}/{name}", rr.Scalars(points))
-                stage.log(f"{path}/{name}_median", rr.Scalars(float(np.median(genes[:, place]))))
-        self._draw_selector(stage, colony, genes)
+                    streams.log(f"{path}/{name}", dots, static=True)
+                    streams.log(f"{path}/{name}_median", line, static=True)
+                streams.log(f"{path}/{name}", rr.Scalars(points))
+                streams.log(f"{path}/{name}_median", rr.Scalars(float(np.median(genes[:, place]))))
+        self._draw_selector(streams, colony, genes)
 
-    def _draw_selector(self, stage: RerunStreams, colony: Colony, genes: FloatArray) -> None:
+    def _draw_selector(self, streams: RerunStreams, colony: Colony, genes: FloatArray) -> None:
         import rerun as rr
 
         inputs = selector_inputs()
@@ -189,16 +189,16 @@ class EvolutionTab:
             self._styled.add(path)
             names = [name.replace("_target_visible", "'s target visible") for name in inputs]
             colours = [palette.series_colour(k) for k in range(len(inputs))]
-            stage.log(path, rr.SeriesLines(names=names, colors=colours), static=True)
-        stage.log(path, rr.Scalars(genes[:, : len(inputs)].mean(axis=0)))
+            streams.log(path, rr.SeriesLines(names=names, colors=colours), static=True)
+        streams.log(path, rr.Scalars(genes[:, : len(inputs)].mean(axis=0)))
 
-    def _draw_agent(self, stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
+    def _draw_agent(self, streams: RerunStreams, view: ColonyView, moment: Moment) -> None:
         """Draw the potentials of one agent, when it is another than before."""
         import rerun as rr
 
-        agent, colony = self._choose(spectator)
+        agent, colony = self._choose(view)
         genes = colony.generations.genes_of(agent) if colony is not None else None
-        mind = self._mind_of(spectator, colony, genes) if colony and genes is not None else None
+        mind = self._mind_of(view, colony, genes) if colony and genes is not None else None
         if genes is None or mind is None or not self._drawn.is_due(agent, moment.unix_s):
             return
         self._has_drawn = True
@@ -206,19 +206,19 @@ class EvolutionTab:
         potentials = [potential(mind, of_module) for of_module in weights]
         for module, values in zip(MODULES, potentials, strict=True):
             path = f"/evolution/potential/{module.name}"
-            stage.log(path, rr.Image(palette.heat(values[::-1])))
-            stage.log(f"{path}/axes", _axes(mind))
-        text = agent_in_words(spectator, agent, genes, mind, potentials)
-        stage.log("/evolution/agent", rr.TextDocument(text, media_type="text/markdown"))
+            streams.log(path, rr.Image(palette.heat(values[::-1])))
+            streams.log(f"{path}/axes", _axes(mind))
+        text = agent_in_words(view, agent, genes, mind, potentials)
+        streams.log("/evolution/agent", rr.TextDocument(text, media_type="text/markdown"))
 
-    def _choose(self, spectator: ColonyView) -> tuple[str, Colony | None]:
-        for colony in spectator.colonies.values():
+    def _choose(self, view: ColonyView) -> tuple[str, Colony | None]:
+        for colony in view.colonies.values():
             if self._agent and colony.generations.genes_of(self._agent) is not None:
                 return self._agent, colony
-        for colony in spectator.colonies.values():
+        for colony in view.colonies.values():
             if colony.best:
                 return colony.best, colony
-            for state in spectator.states(colony.name):
+            for state in view.states(colony.name):
                 if not self._has_drawn and colony.generations.genes_of(state.agent) is not None:
                     return state.agent, colony
         return "", None
@@ -253,7 +253,7 @@ def _responses(places: FloatArray, high: float, count: int) -> FloatArray:
 
 
 def agent_in_words(
-    spectator: ColonyView,
+    view: ColonyView,
     agent: str,
     genes: FloatArray,
     mind: Mind,
@@ -262,7 +262,7 @@ def agent_in_words(
     """Say what an agent has inherited, in Markdown."""
     decoded, heads = decode(genes, mind.learning), [module.name for module in MODULES]
     rows = [
-        f"**Agent {number_of(agent)} of {spectator.call(robot_of(agent))}**",
+        f"**Agent {number_of(agent)} of {view.call(robot_of(agent))}**",
         "",
         f"| | {' | '.join(heads)} |",
         "|---" * (1 + len(heads)) + "|",

@@ -55,12 +55,12 @@ class LifeTab:
             name="Life",
         )
 
-    def setup(self, stage: RerunStreams) -> None:
+    def setup(self, streams: RerunStreams) -> None:
         """Name the lines."""
         import rerun as rr
 
         greys = [(90, 96, 104), (140, 148, 158), palette.INK, (140, 148, 158), (90, 96, 104)]
-        stage.log(
+        streams.log(
             "/life/energy/all",
             rr.SeriesLines(
                 names=[f"{round(100 * quantile)} %" for quantile in QUANTILES],
@@ -70,72 +70,72 @@ class LifeTab:
             static=True,
         )
 
-    def draw(self, stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
+    def draw(self, streams: RerunStreams, view: ColonyView, moment: Moment) -> None:
         """Draw how everybody is."""
         if self._seldom.is_due(moment.unix_s):
-            self._draw_rates(stage, spectator)
+            self._draw_rates(streams, view)
         if not self._often.is_due(moment.unix_s):
             return
-        states = spectator.states()
+        states = view.states()
         if not states:
             return
         few = len(states) <= FEW_ROBOTS
         if few:
-            self._draw_energies(stage, spectator, states)
+            self._draw_energies(streams, view, states)
         else:
-            self._draw_quantiles(stage, states)
-        self._draw_modules(stage, spectator, states[:FEW_ROBOTS])
-        for name in spectator.colonies:
-            in_colony = spectator.states(name)
+            self._draw_quantiles(streams, states)
+        self._draw_modules(streams, view, states[:FEW_ROBOTS])
+        for name in view.colonies:
+            in_colony = view.states(name)
             if in_colony:
                 mating = np.mean([state.module == len(MODULES) - 1 for state in in_colony])
-                self._line(stage, f"/life/mating_module/{safe(name)}", name, float(mating))
+                self._line(streams, f"/life/mating_module/{safe(name)}", name, float(mating))
 
     def _draw_energies(
-        self, stage: RerunStreams, spectator: ColonyView, states: list[RobotState]
+        self, streams: RerunStreams, view: ColonyView, states: list[RobotState]
     ) -> None:
         for state in states:
-            path = f"/life/energy/{safe(spectator.call(state.robot))}"
-            self._line(stage, path, spectator.call(state.robot), state.energy)
+            path = f"/life/energy/{safe(view.call(state.robot))}"
+            self._line(streams, path, view.call(state.robot), state.energy)
 
     @staticmethod
-    def _draw_quantiles(stage: RerunStreams, states: list[RobotState]) -> None:
+    def _draw_quantiles(streams: RerunStreams, states: list[RobotState]) -> None:
         import rerun as rr
 
         energies = [state.energy for state in states]
-        stage.log("/life/energy/all", rr.Scalars(np.quantile(energies, QUANTILES)))
+        streams.log("/life/energy/all", rr.Scalars(np.quantile(energies, QUANTILES)))
 
     def _draw_modules(
-        self, stage: RerunStreams, spectator: ColonyView, states: list[RobotState]
+        self, streams: RerunStreams, view: ColonyView, states: list[RobotState]
     ) -> None:
         """Draw changes of the module in use; a change within half a second is not seen."""
         import rerun as rr
 
         for state in states:
-            path = f"/life/module/{safe(spectator.call(state.robot))}"
+            path = f"/life/module/{safe(view.call(state.robot))}"
             if path not in self._styled:
                 self._styled.add(path)
                 names = [module.name for module in MODULES] + ["none"]
                 shown = [*palette.MODULES[: len(MODULES)], palette.STALE]
-                stage.log(
+                streams.log(
                     path,
                     rr.StateConfiguration(values=names, labels=names, colors=shown),
                     static=True,
                 )
             in_use = MODULES[state.module].name if 0 <= state.module < len(MODULES) else "none"
-            stage.log(path, rr.StateChange(state=in_use))
+            streams.log(path, rr.StateChange(state=in_use))
 
-    def _draw_rates(self, stage: RerunStreams, spectator: ColonyView) -> None:
-        for name, colony in spectator.colonies.items():
-            rates = spectator.rates(colony)
+    def _draw_rates(self, streams: RerunStreams, view: ColonyView) -> None:
+        for name, colony in view.colonies.items():
+            rates = view.rates(colony)
             if rates is None:
                 continue
-            many = f"{name}: " if len(spectator.colonies) > 1 else ""
+            many = f"{name}: " if len(view.colonies) > 1 else ""
             for what, rate in zip(("matings", "batteries"), rates, strict=True):
                 path = f"/life/rates/{what}_{safe(name)}"
-                self._line(stage, path, many + what, rate)
+                self._line(streams, path, many + what, rate)
 
-    def _line(self, stage: RerunStreams, path: str, name: str, value: float) -> None:
+    def _line(self, streams: RerunStreams, path: str, name: str, value: float) -> None:
         """Add a point to a line, which is named when it is drawn first."""
         import rerun as rr
 
@@ -143,5 +143,5 @@ class LifeTab:
             colour = palette.series_colour(len(self._styled))
             self._styled.add(path)
             style = rr.SeriesLines(names=[name], colors=[colour], widths=[1.6])
-            stage.log(path, style, static=True)
-        stage.log(path, rr.Scalars(value))
+            streams.log(path, style, static=True)
+        streams.log(path, rr.Scalars(value))

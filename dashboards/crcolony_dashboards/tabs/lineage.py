@@ -20,14 +20,14 @@ from crcolony_dashboards.view_model.log_lines import number_of, robot_of
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
 
-_MOST_NODES = 160
-_MOST_FOUNDERS = 24
+_MAX_NODES = 160
+_MAX_FOUNDERS = 24
 """With lines of their own; a founder whose share is small has none"""
 _LEAST_SHARE, _GROWN = 0.01, 2.0
 """Whoever has a line has so much at least; of many founders, so many times what each had in the beginning"""
 _ROW, _COLUMN = 200.0, 22.0
 """Of the graph, in its own units"""
-_MOST_COLUMNS = 200
+_MAX_COLUMNS = 200
 
 
 class LineageTab:
@@ -63,31 +63,29 @@ class LineageTab:
             name="Lineage",
         )
 
-    def setup(self, stage: RerunStreams) -> None:
+    def setup(self, streams: RerunStreams) -> None:
         """Nothing is there before somebody is born."""
 
-    def draw(self, stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
+    def draw(self, streams: RerunStreams, view: ColonyView, moment: Moment) -> None:
         """Draw family and founders, if anybody was born since, and now and then."""
         if not self._beat.is_due(moment.unix_s):
             return
-        colonies = [colony for colony in spectator.colonies.values() if len(colony.family)]
+        colonies = [colony for colony in view.colonies.values() if len(colony.family)]
         if not colonies:
             return
         changes = sum(colony.family.changes for colony in colonies)
         if not self._changes.is_due(changes, moment.unix_s):
             return
-        self._draw_family(stage, spectator, colonies)
+        self._draw_family(streams, view, colonies)
         for colony in colonies:
-            self._draw_founders(stage, spectator, colony)
+            self._draw_founders(streams, view, colony)
 
-    def _draw_family(
-        self, stage: RerunStreams, spectator: ColonyView, colonies: list[Colony]
-    ) -> None:
+    def _draw_family(self, streams: RerunStreams, view: ColonyView, colonies: list[Colony]) -> None:
         import rerun as rr
 
         members: list[Member] = []
         for colony in colonies:
-            members += colony.family.last_births(_MOST_NODES // len(colonies))
+            members += colony.family.last_births(_MAX_NODES // len(colonies))
         shown = {member.agent for member in members}
         edges = [
             (parent, member.agent)
@@ -95,8 +93,8 @@ class LineageTab:
             for parent in (member.mother, member.father)
             if parent in shown and parent is not None
         ]
-        columns = _columns(members, [watched.robot for watched in spectator.monitor.all])
-        stage.log(
+        columns = _columns(members, [status.robot for status in view.monitor.all])
+        streams.log(
             "/lineage/family",
             rr.GraphNodes(
                 [member.agent for member in members],
@@ -114,7 +112,7 @@ class LineageTab:
             rr.GraphEdges(edges, graph_type="directed"),
         )
 
-    def _draw_founders(self, stage: RerunStreams, spectator: ColonyView, colony: Colony) -> None:
+    def _draw_founders(self, streams: RerunStreams, view: ColonyView, colony: Colony) -> None:
         import rerun as rr
 
         is_new = colony.name not in self._lines
@@ -122,22 +120,22 @@ class LineageTab:
         others = f"/lineage/founders/{safe(colony.name)}_others"
         if is_new:
             style = rr.SeriesLines(names=["all others"], colors=[palette.DIM], widths=[1.0])
-            stage.log(others, style, static=True)
+            streams.log(others, style, static=True)
         founders = len(colony.family.founders)
-        least = _LEAST_SHARE if founders <= _MOST_FOUNDERS else max(_LEAST_SHARE, _GROWN / founders)
-        shares = colony.family.shares(watched.robot for watched in spectator.alive)
+        least = _LEAST_SHARE if founders <= _MAX_FOUNDERS else max(_LEAST_SHARE, _GROWN / founders)
+        shares = colony.family.shares(status.robot for status in view.alive)
         for number, share in shares.items():
-            room = _MOST_FOUNDERS - sum(map(len, self._lines.values()))
+            room = _MAX_FOUNDERS - sum(map(len, self._lines.values()))
             if number not in lines and share >= least and room > 0:
                 lines.add(number)
                 founder = colony.family.founders[number]
-                name = f"{spectator.call(robot_of(founder))} agent {number_of(founder)}"
+                name = f"{view.call(robot_of(founder))} agent {number_of(founder)}"
                 colour = palette.founder_colour(number)
                 style = rr.SeriesLines(names=[name], colors=[colour], widths=[1.6])
-                stage.log(_line_of(colony, number), style, static=True)
+                streams.log(_line_of(colony, number), style, static=True)
         for number in sorted(lines):  # who has died out too
-            stage.log(_line_of(colony, number), rr.Scalars(shares.pop(number, 0.0)))
-        stage.log(others, rr.Scalars(sum(shares.values())))
+            streams.log(_line_of(colony, number), rr.Scalars(shares.pop(number, 0.0)))
+        streams.log(others, rr.Scalars(sum(shares.values())))
 
 
 def _line_of(colony: Colony, founder: int) -> str:
@@ -154,6 +152,6 @@ def _columns(members: list[Member], robots: list[RobotId]) -> dict[tuple[RobotId
         (member.robot, member.place): places * order[member.robot] + member.place
         for member in members
     }
-    if places * len(order) <= _MOST_COLUMNS:
+    if places * len(order) <= _MAX_COLUMNS:
         return slots
     return {key: rank for rank, key in enumerate(sorted(slots, key=lambda key: (slots[key], key)))}

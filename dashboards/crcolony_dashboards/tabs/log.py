@@ -22,13 +22,13 @@ class LogTab:
 
         return rrb.TextLogView(origin="/log", name="Log")
 
-    def setup(self, stage: RerunStreams) -> None:
+    def setup(self, streams: RerunStreams) -> None:
         """Nothing was said yet."""
 
-    def draw(self, stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
+    def draw(self, streams: RerunStreams, view: ColonyView, moment: Moment) -> None:
         """Write what was said since the last time."""
         import rerun as rr
 
         if self._beat.is_due(moment.unix_s):
-            for line in spectator.take_log_lines():
-                stage.log(f"/log/{line.kind}", rr.TextLog(line.text, level=line.level))
+            for line in view.take_log_lines():
+                streams.log(f"/log/{line.kind}", rr.TextLog(line.text, level=line.level))

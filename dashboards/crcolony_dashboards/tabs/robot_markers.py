@@ -87,29 +87,29 @@ class LooksOf:
         self._looks = Looks([], nobody, nobody, nobody, [])
         self._founders: dict[RobotId, tuple[str, palette.Colour]] = {}
 
-    def of(self, spectator: ColonyView, crowd: Crowd, unix_s: float) -> Looks:
+    def of(self, view: ColonyView, crowd: Crowd, unix_s: float) -> Looks:
         """Return how robots look now; who is silent, or whose arena is, is grey."""
         if self._beat.is_due(unix_s) or crowd.robots != self._looks.robots:
-            self._looks = self._look(spectator, crowd, unix_s)
+            self._looks = self._look(view, crowd, unix_s)
         return self._looks
 
-    def _look(self, spectator: ColonyView, crowd: Crowd, unix_s: float) -> Looks:
-        robots = spectator.monitor.robots
+    def _look(self, view: ColonyView, crowd: Crowd, unix_s: float) -> Looks:
+        robots = view.monitor.robots
         quiet = {
             seen.robot
-            for arena in spectator.arenas
+            for arena in view.arenas
             if arena.scene is not None and unix_s - arena.updated_s > SILENT_AFTER_S
             for seen in arena.scene.robots
         }
         stale, energies, modules, founders = [], [], [], []
         for robot in crowd.robots:
-            watched = robots.get(robot)
-            state = watched.state if watched is not None else None
-            is_stale = state is None or robot in quiet or spectator.is_stale(watched, unix_s)
+            status = robots.get(robot)
+            state = status.state if status is not None else None
+            is_stale = state is None or robot in quiet or view.is_stale(status, unix_s)
             stale.append(is_stale)
             energies.append(state.energy if state is not None else 0.0)
             modules.append(palette.module_colour(state.module if state is not None else -1))
-            founders.append(self._founder(spectator, robot, state.agent if state else ""))
+            founders.append(self._founder(view, robot, state.agent if state else ""))
         grey = np.array(stale, dtype=bool)[:, None]
 
         def shaded(colours: Colours) -> Colours:
@@ -123,11 +123,11 @@ class LooksOf:
             stale,
         )
 
-    def _founder(self, spectator: ColonyView, robot: RobotId, agent: str) -> palette.Colour:
+    def _founder(self, view: ColonyView, robot: RobotId, agent: str) -> palette.Colour:
         known = self._founders.get(robot)
         if known is not None and known[0] == agent:
             return known[1]
-        colony = spectator.colony_of(robot)
+        colony = view.colony_of(robot)
         member = colony.family[agent] if colony is not None else None
         if member is None:
             return palette.DIM

@@ -20,11 +20,11 @@ class Tab(Protocol):
         """Return its place in the blueprint."""
         ...
 
-    def setup(self, stage: RerunStreams) -> None:
+    def setup(self, streams: RerunStreams) -> None:
         """Draw what never changes."""
         ...
 
-    def draw(self, stage: RerunStreams, spectator: ColonyView, moment: Moment) -> None:
+    def draw(self, streams: RerunStreams, view: ColonyView, moment: Moment) -> None:
         """Draw what is due at this moment."""
         ...
 

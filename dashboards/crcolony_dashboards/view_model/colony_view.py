@@ -24,9 +24,9 @@ from crcolony_dashboards.throttle import Throttle
 from crcolony_dashboards.view_model.family_tree import FamilyTree
 from crcolony_dashboards.view_model.generations import Generation, Generations
 from crcolony_dashboards.view_model.log_lines import Line, in_words
-from crcolony_dashboards.view_model.plausibility import MOST_S, is_sound_event, is_sound_scene
+from crcolony_dashboards.view_model.plausibility import MAX_S, is_sound_event, is_sound_scene
 
-MOST_COLONIES = 8
+MAX_COLONIES = 8
 """That are told apart; of more, the first"""
 MATING_S, MEETING_S = 1.5, 0.6
 """How long a mating and a meeting are shown"""
@@ -34,7 +34,7 @@ _LINES_PER_S = 8
 """Of one kind in the log"""
 _WINDOW_S = 60.0
 """Rates are of so much of the past"""
-_MOST_PAIRS = 2_000
+_MAX_PAIRS = 2_000
 _NEWS_S = 5.0
 """A meeting that is told so late is not shown: it was missed, or was before anybody watched"""
 
@@ -81,10 +81,10 @@ class Colony:
 class ColonyView:
     """Takes news, in order, and knows what the dashboard draws."""
 
-    def __init__(self, watch: ColonyMonitor) -> None:
-        self.monitor = watch
+    def __init__(self, monitor: ColonyMonitor) -> None:
+        self.monitor = monitor
         self.colonies: dict[str, Colony] = {}
-        self.pairings: deque[Pairing] = deque(maxlen=_MOST_PAIRS)
+        self.pairings: deque[Pairing] = deque(maxlen=_MAX_PAIRS)
         """Meetings and matings of the last moments, the oldest first"""
         self._known_pairings: dict[object, Pairing] = {}
         self._lines: list[Line] = []
@@ -102,21 +102,21 @@ class ColonyView:
 
     # What comes in --------------------------------------------------------------------------------------------------
 
-    def handle_change(self, news: StatusChange, unix_s: float) -> None:
+    def handle_change(self, changes: StatusChange, unix_s: float) -> None:
         """Take one piece of news."""
-        line = in_words(news, self.call)
+        line = in_words(changes, self.call)
         if line is not None:
             self._said[line.kind] += 1
             if self._said[line.kind] <= _LINES_PER_S:
                 self._lines.append(line)
-        if isinstance(news, EventReceived):
-            self._happened(news, unix_s)
+        if isinstance(changes, EventReceived):
+            self._happened(changes, unix_s)
 
-    def _happened(self, news: EventReceived, unix_s: float) -> None:
-        told, event = news.message, news.message.event
-        if isinstance(event, Met | Exchanged) and not self._is_long_ago(told):
-            self._show(told.robot, event, unix_s)
-        colony = self.colony_of(told.robot)
+    def _happened(self, changes: EventReceived, unix_s: float) -> None:
+        message, event = changes.message, changes.message.event
+        if isinstance(event, Met | Exchanged) and not self._is_long_ago(message):
+            self._show(message.robot, event, unix_s)
+        colony = self.colony_of(message.robot)
         if colony is None:
             return
         if isinstance(event, Exchanged):
@@ -125,16 +125,16 @@ class ColonyView:
             if colony.is_over and event.generation == 0:
                 colony = self.colonies[colony.name] = Colony(colony.name)
             colony.is_over = False
-            colony.generations.add_birth(told.robot, event)
-            colony.family.add_birth(told.robot, event)
+            colony.generations.add_birth(message.robot, event)
+            colony.family.add_birth(message.robot, event)
         elif isinstance(event, Lived) and is_sound_event(event):
-            colony.generations.add_lifetime(event, told.unix_ms / 1000.0, unix_s)
+            colony.generations.add_lifetime(event, message.unix_ms / 1000.0, unix_s)
 
-    def _is_long_ago(self, told: EventMessage) -> bool:
+    def _is_long_ago(self, message: EventMessage) -> bool:
         """Tell whether something was missed and is told only now, by the clock of who tells it."""
-        watched = self.monitor.robots.get(told.robot)
-        state = watched.state if watched is not None else None
-        return state is not None and state.unix_ms - told.unix_ms > 1000.0 * _NEWS_S
+        status = self.monitor.robots.get(message.robot)
+        state = status.state if status is not None else None
+        return state is not None and state.unix_ms - message.unix_ms > 1000.0 * _NEWS_S
 
     def _show(self, robot: RobotId, event: Met | Exchanged, unix_s: float) -> None:
         if isinstance(event, Met):
@@ -166,7 +166,7 @@ class ColonyView:
             self._look_at_robots()
         while self.pairings and abs(unix_s - self.pairings[0].unix_s) > MATING_S:
             self.pairings.popleft()
-        if len(self._known_pairings) > 2 * _MOST_PAIRS:
+        if len(self._known_pairings) > 2 * _MAX_PAIRS:
             recent = unix_s - 10.0
             self._known_pairings = {
                 key: known for key, known in self._known_pairings.items() if known.unix_s > recent
@@ -175,10 +175,10 @@ class ColonyView:
     def _look_at_robots(self) -> None:
         self.alive = self.monitor.alive
         self._states = {name: [] for name in self.colonies}
-        for watched in self.alive:
-            if watched.state is not None and self.colony_of(watched.robot) is not None:
-                self._states.setdefault(watched.colony, []).append(watched.state)
-        present = {watched.colony for watched in self.alive}
+        for status in self.alive:
+            if status.state is not None and self.colony_of(status.robot) is not None:
+                self._states.setdefault(status.colony, []).append(status.state)
+        present = {status.colony for status in self.alive}
         for name, colony in self.colonies.items():
             colony.is_over = colony.is_over or name not in present
         self._names = self._name_all()
@@ -194,27 +194,27 @@ class ColonyView:
             (w.colony, w.state.number) for w in self.monitor.robots.values() if w.state
         )
         names = {}
-        for robot, watched in self.monitor.robots.items():
-            number = watched.state.number if watched.state is not None else None
-            is_own = number is not None and numbers[watched.colony, number] == 1
+        for robot, status in self.monitor.robots.items():
+            number = status.state.number if status.state is not None else None
+            is_own = number is not None and numbers[status.colony, number] == 1
             name = f"#{number}" if is_own else robot.hex()[:8]
-            names[robot] = f"{watched.colony} {name}" if len(self.colonies) > 1 else name
+            names[robot] = f"{status.colony} {name}" if len(self.colonies) > 1 else name
         return names
 
     def colony_of(self, robot: RobotId) -> Colony | None:
         """Return the colony of a robot, if it is one of those that are told apart."""
-        watched = self.monitor.robots.get(robot)
-        if watched is None:
+        status = self.monitor.robots.get(robot)
+        if status is None:
             return None
-        colony = self.colonies.get(watched.colony)
+        colony = self.colonies.get(status.colony)
         if colony is not None or not self._has_room():
             return colony
-        colony = self.colonies[watched.colony] = Colony(watched.colony)
+        colony = self.colonies[status.colony] = Colony(status.colony)
         return colony
 
     def _has_room(self) -> bool:
         """Make room for one more colony, if one of those that are told apart is over."""
-        if len(self.colonies) >= MOST_COLONIES:
+        if len(self.colonies) >= MAX_COLONIES:
             over = next((name for name, colony in self.colonies.items() if colony.is_over), None)
             if over is None:
                 return False
@@ -250,11 +250,9 @@ class ColonyView:
         """Return the arenas as they were seen last, in order of their names."""
         return [arena.scene for arena in self.arenas if arena.scene is not None]
 
-    def is_stale(self, watched: RobotStatus | None, unix_s: float) -> bool:
+    def is_stale(self, status: RobotStatus | None, unix_s: float) -> bool:
         """Tell whether nothing was heard of a robot for a while."""
-        return (
-            watched is None or not watched.is_alive or unix_s - watched.updated_s > SILENT_AFTER_S
-        )
+        return status is None or not status.is_alive or unix_s - status.updated_s > SILENT_AFTER_S
 
     def sim_s(self) -> float | None:
         """Return the time of the first arena, as it says or, if it has fallen silent, as its robots say; else None."""
@@ -263,7 +261,7 @@ class ColonyView:
         scene = self.arenas[0].scene
         ticks = [state.tick for state in self.states() if state.arena == scene.arena]
         tick = max(scene.tick, statistics.median_low(ticks or [0]))
-        return min(tick * scene.period_s, MOST_S)
+        return min(tick * scene.period_s, MAX_S)
 
     def period_s(self) -> float | None:
         """Return the control period of the first arena, if there is one."""
@@ -276,12 +274,12 @@ class ColonyView:
 
     def update_rates(self, unix_s: float) -> None:
         """Count matings and captures on, from what robots tell of themselves; called once a second or so."""
-        for watched in self.alive:
-            state, colony = watched.state, self.colony_of(watched.robot)
-            before = self._counted.get(watched.robot)
+        for status in self.alive:
+            state, colony = status.state, self.colony_of(status.robot)
+            before = self._counted.get(status.robot)
             if state is None or colony is None or state is before:
                 continue
-            self._counted[watched.robot] = state
+            self._counted[status.robot] = state
             if before is not None:
                 colony.matings += max(0, state.matings - before.matings) / 2.0
                 colony.captures += max(0, state.captures - before.captures)

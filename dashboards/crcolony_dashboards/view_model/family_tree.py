@@ -15,9 +15,9 @@ from crcolony.compiled import FloatArray
 from crcolony.evolution.history import Born
 from crcolony.protocol.identity import RobotId
 
-_MOST_BIRTHS = 45_000
+_MAX_BIRTHS = 45_000
 """That are remembered: two generations of a thousand robots"""
-_MOST_FOUNDERS = 100_000
+_MAX_FOUNDERS = 100_000
 """That are told apart; anybody can make up more, which count as the last of these"""
 
 Origins = NDArray[np.int32]
@@ -88,7 +88,7 @@ class FamilyTree:
             self._living[robot] = (event.generation, [member])
         elif event.generation == generation:
             living.append(member)
-        if len(self._members) > _MOST_BIRTHS:
+        if len(self._members) > _MAX_BIRTHS:
             self._forget_oldest()
 
     def _forget_oldest(self) -> None:
@@ -120,7 +120,7 @@ class FamilyTree:
         number = self._numbers.get(founder, len(self.founders))
         if number < len(self.founders):
             return number
-        if number == _MOST_FOUNDERS:
+        if number == _MAX_FOUNDERS:
             return number - 1
         self._numbers[founder] = number
         self.founders.append(founder)

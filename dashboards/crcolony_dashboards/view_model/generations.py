@@ -16,9 +16,9 @@ from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import Exchanged
 
 PATIENCE_S = 10.0
-_MOST_AGENTS = 100_000
+_MAX_AGENTS = 100_000
 """Whose births, or whose conceptions, are kept at a time, or whose lives of one generation"""
-_MOST_GENERATIONS = 16
+_MAX_GENERATIONS = 16
 """That are under way at a time; robots of a colony are seldom two apart"""
 _CLOUD = 400
 """Genotypes of one generation that are kept to be drawn"""
@@ -76,13 +76,13 @@ class Generations:
         if event.generation - 1 in self._lives:
             self._next[event.generation - 1].add(robot)
         self._births[event.agent] = event.genes
-        if len(self._births) > _MOST_AGENTS:
+        if len(self._births) > _MAX_AGENTS:
             self._births.popitem(last=False)
 
     def add_mating(self, event: Exchanged) -> None:
         """Take one side of a mating."""
         self._conceptions[event.agent] = self._conceptions.get(event.agent, 0) + event.conceived
-        if len(self._conceptions) > _MOST_AGENTS:
+        if len(self._conceptions) > _MAX_AGENTS:
             self._conceptions.popitem(last=False)
 
     def add_lifetime(self, event: Lived, told_s: float, unix_s: float) -> None:
@@ -91,13 +91,13 @@ class Generations:
         if number <= self.last:
             return
         lives = self._lives.setdefault(number, {})
-        if len(lives) >= _MOST_AGENTS:
+        if len(lives) >= _MAX_AGENTS:
             return
         lives[event.agent] = event
         self._next.setdefault(number, set())
         self._heard_s[number] = unix_s
         self._told_s[number] = max(told_s, self._told_s.get(number, told_s))
-        if len(self._lives) > _MOST_GENERATIONS:
+        if len(self._lives) > _MAX_GENERATIONS:
             self._forget(min(self._lives))
 
     def genes_of(self, agent: str) -> FloatArray | None:

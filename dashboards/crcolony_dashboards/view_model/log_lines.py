@@ -43,9 +43,9 @@ class Line:
     level: Level = "INFO"
 
 
-def in_words(news: StatusChange, call: Call) -> Line | None:
+def in_words(changes: StatusChange, call: Call) -> Line | None:
     """Say what has happened, or nothing where it is too ordinary."""
-    match news:
+    match changes:
         case EventReceived(message=message):
             return _event_in_words(message, call)
         case RobotJoined(robot=robot):
@@ -61,12 +61,12 @@ def in_words(news: StatusChange, call: Call) -> Line | None:
     return None
 
 
-def _event_in_words(told: EventMessage, call: Call) -> Line | None:
-    me = call(told.robot)
-    match told.event:
+def _event_in_words(message: EventMessage, call: Call) -> Line | None:
+    me = call(message.robot)
+    match message.event:
         case Exchanged(encounter=encounter) as event:
             both = (encounter.initiator, encounter.responder)
-            partner = call(both[both[0] == told.robot])
+            partner = call(both[both[0] == message.robot])
             what = "conceived" if event.conceived else "did not conceive"
             what = "was too late to conceive" if event.too_late else what
             return Line("mating", f"{me} mated with {partner} and {what}")

@@ -5,16 +5,16 @@ import numpy as np
 from crcolony.evolution.history import Born, Lived
 from crcolony.protocol.telemetry_messages import Scene
 
-MOST_S = 1e9
+MAX_S = 1e9
 """Of a colony's own time, which is told in nanoseconds that fit into 64 bits"""
-_LONGEST_NAME = 64
+_MAX_NAME = 64
 _LARGEST_GENE = 1e9
-_MOST_GENERATIONS = 2**53
+_MAX_GENERATIONS = 2**53
 
 
 def is_sound_scene(scene: Scene) -> bool:
     """Tell whether a scene is of a time that can be drawn."""
-    return scene.tick * scene.period_s < MOST_S
+    return scene.tick * scene.period_s < MAX_S
 
 
 def is_sound_event(event: Born | Lived) -> bool:
@@ -25,10 +25,8 @@ def is_sound_event(event: Born | Lived) -> bool:
         if len(event.genes) % 8:
             return False
         numbers = np.frombuffer(event.genes, dtype="<f8")
-    is_known = 0 <= event.generation < _MOST_GENERATIONS
-    return (
-        is_known and max(map(len, names)) <= _LONGEST_NAME and _are_within(numbers, _LARGEST_GENE)
-    )
+    is_known = 0 <= event.generation < _MAX_GENERATIONS
+    return is_known and max(map(len, names)) <= _MAX_NAME and _are_within(numbers, _LARGEST_GENE)
 
 
 def _are_within(values: object, most: float) -> bool:

@@ -5,30 +5,30 @@ from statistics import fmean
 from crcolony_dashboards.view_model.colony_view import ColonyView
 
 
-def now_in_words(spectator: ColonyView) -> list[str]:
+def now_in_words(view: ColonyView) -> list[str]:
     """Say how the colonies are now, as lines of Markdown."""
-    watch = spectator.monitor
-    alive = len(spectator.alive)
-    gone = sum(not watched.is_alive for watched in watch.robots.values())
-    if not watch.robots and not watch.arenas:
+    monitor = view.monitor
+    alive = len(view.alive)
+    gone = sum(not status.is_alive for status in monitor.robots.values())
+    if not monitor.robots and not monitor.arenas:
         return ["### Looking for a colony …", "", "Nobody is on the network yet."]
     robots = "robot" if alive == 1 else "robots"
     lines = [f"### {alive} {robots} alive" + (f", {gone} gone" if gone else "")]
-    seen = {arena.name for arena in spectator.arenas}
-    for name, arena in sorted(watch.arenas.items()):
+    seen = {arena.name for arena in view.arenas}
+    for name, arena in sorted(monitor.arenas.items()):
         scene = arena.scene
         if not arena.is_alive:
             lines.append(f"- arena **{name}** is gone")
         elif scene is not None and name in seen:
             clock = hours_of(scene.tick * scene.period_s)
             lines.append(f"- arena **{name}**: {clock} of its time, {len(scene.robots)} bodies")
-    for name in sorted(spectator.colonies):
-        lines += _colony_in_words(spectator, name)
+    for name in sorted(view.colonies):
+        lines += _colony_in_words(view, name)
     return lines
 
 
-def _colony_in_words(spectator: ColonyView, name: str) -> list[str]:
-    states = spectator.states(name)
+def _colony_in_words(view: ColonyView, name: str) -> list[str]:
+    states = view.states(name)
     if not states:
         return []
     generations = sorted({state.generation for state in states})
@@ -41,7 +41,7 @@ def _colony_in_words(spectator: ColonyView, name: str) -> list[str]:
         f" {sum(state.conceptions for state in states):,} offspring conceived",
         f"- {sum(state.captures for state in states):,} batteries captured",
     ]
-    rates = spectator.rates(spectator.colonies[name])
+    rates = view.rates(view.colonies[name])
     if rates is not None:
         lines.append(f"- in a robot's minute {rates[0]:.2f} matings, {rates[1]:.2f} batteries")
     doubts, orphaned = sum(s.doubts for s in states), sum(s.orphaned for s in states)

@@ -32,10 +32,10 @@ def test_the_arms_differ_in_one_thing_each() -> None:
     """Central selection, or no shaping genes; everything else is the config that was given."""
     config = Config(robots=3)
     assert arms_of(config, compare=False) == {"implicit": config}
-    arms = arms_of(config, compare=True)
-    assert list(arms) == ["implicit", "central", "without shaping"]
-    assert msgspec.structs.replace(arms["central"], selection="implicit") == config
-    unshaped = arms["without shaping"]
+    conditions = arms_of(config, compare=True)
+    assert list(conditions) == ["implicit", "central", "without shaping"]
+    assert msgspec.structs.replace(conditions["central"], selection="implicit") == config
+    unshaped = conditions["without shaping"]
     assert not unshaped.learning.shaping
     shaped = msgspec.structs.replace(unshaped.learning, shaping=True)
     assert msgspec.structs.replace(unshaped, learning=shaped) == config
@@ -50,8 +50,8 @@ def test_all_arms_and_seeds_are_run_written_and_reported(tmp_path: Path) -> None
     with (out / "outcomes.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     runs = [(row["arm"], row["seed"]) for row in rows]
-    arms = ("central", "implicit", "without shaping")
-    assert runs == [(arm, seed) for arm in arms for seed in ("1", "2", "3")]
+    conditions = ("central", "implicit", "without shaping")
+    assert runs == [(condition, seed) for condition in conditions for seed in ("1", "2", "3")]
     for row in rows:
         folder = out / row["arm"].replace(" ", "-") / f"seed-{row['seed']}"
         assert {k: str(v) for k, v in asdict(read_outcome(row["arm"], folder)).items()} == row
@@ -96,9 +96,15 @@ def test_a_comparison_that_is_stopped_goes_on_where_it_was(tmp_path: Path) -> No
     assert whole.returncode == 0
 
 
-def outcomes_of(arm: str, ends: np.ndarray, lambdas: np.ndarray) -> list[Outcome]:
+def outcomes_of(condition: str, ends: np.ndarray, lambdas: np.ndarray) -> list[Outcome]:
     return [
-        replace(OUTCOME, arm=arm, seed=k, matings_end=float(end), mating_lambda_end=float(lambda_))
+        replace(
+            OUTCOME,
+            condition=condition,
+            seed=k,
+            matings_end=float(end),
+            mating_lambda_end=float(lambda_),
+        )
         for k, (end, lambda_) in enumerate(zip(ends, lambdas, strict=True))
     ]
 

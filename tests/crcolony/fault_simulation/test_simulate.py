@@ -156,7 +156,7 @@ class TestSabotage:
 
     def test_drawing_the_same_numbers_again(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """A robot that comes back with randomness it has used already is noticed."""
-        relive = RobotNode._relive
+        relive = RobotNode._replay_decision
 
         def relive_without_stream(
             self: RobotNode, record: EncounterRecord, decision: Decision
@@ -165,29 +165,29 @@ class TestSabotage:
             relive(self, record, decision)
             self.robot.stream[...] = stream
 
-        monkeypatch.setattr(RobotNode, "_relive", relive_without_stream)
+        monkeypatch.setattr(RobotNode, "_replay_decision", relive_without_stream)
         assert_caught("would draw the same numbers again", STRUCK)
 
     def test_believing_letters_of_another_colony(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """A robot that takes genes signed for another colony has genes its partner did not give."""
-        monkeypatch.setattr(mating_driver, "has_valid_signature", lambda letter, colony: True)
+        monkeypatch.setattr(mating_driver, "has_valid_signature", lambda envelope, colony: True)
         assert_caught("has genes its partner did not give", Faults(forgery=0.5, tail=0.1))
 
     def test_believing_a_commit_of_another_colony(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """A responder that takes a decision signed for another colony mates alone."""
-        monkeypatch.setattr(mating_driver, "has_valid_signature", lambda letter, colony: True)
+        monkeypatch.setattr(mating_driver, "has_valid_signature", lambda envelope, colony: True)
         assert_caught("only one of the two mated", Faults(forgery=0.5, tail=0.1, loss=0.2))
 
     def test_not_undoing_what_a_full_disk_refused(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """A robot that goes on as if its disk had taken a decision is heard claiming it."""
-        monkeypatch.setattr(MatingStateMachine, "undo", lambda self, now_s, write: [])
+        monkeypatch.setattr(MatingStateMachine, "rollback", lambda self, now_s, write: [])
         assert_caught("but on its disk is", FULL)
 
     def test_keeping_an_offspring_that_a_full_disk_refused(
         self, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         """A pool with an offspring that nobody decided about is noticed."""
-        monkeypatch.setattr(RobotNode, "undecide", lambda self: None)
+        monkeypatch.setattr(RobotNode, "rollback_decision", lambda self: None)
         assert_caught("conceptions, ", FULL)
 
     def test_mating_before_being_on_the_disk(self, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -214,12 +214,12 @@ class TestSabotage:
             self: MatingStateMachine,
             now_s: float,
             message: Accept,
-            letter: bytes,
+            envelope: bytes,
             waiting: "object",
         ) -> list[Effect]:
             if waiting is None:
                 return []
-            return on_accept(self, now_s, message, letter, waiting)  # type: ignore[arg-type]
+            return on_accept(self, now_s, message, envelope, waiting)  # type: ignore[arg-type]
 
         monkeypatch.setattr(MatingStateMachine, "_on_accept", only_known)
         assert_caught("still prepared at the end", STRUCK)

@@ -300,8 +300,8 @@ def test_a_lost_body_is_removed_after_the_grace() -> None:
 
 def face_to_face(node: ArenaNode, *robots: int) -> None:
     """Let two robots stand opposite each other with their beacons on, and a tick pass."""
-    places = [node.slot_of(IDS[robot]) for robot in robots]
-    node.arena.world.poses[places] = [(-0.2, 0.0, 0.0), (0.2, 0.0, np.pi)]
+    slots = [node.slot_of(IDS[robot]) for robot in robots]
+    node.arena.world.poses[slots] = [(-0.2, 0.0, 0.0), (0.2, 0.0, np.pi)]
     row = np.zeros(contract.ACTION_WIDTH)
     row[[contract.BEACON, contract.TTL]] = 1.0
     for robot in robots:

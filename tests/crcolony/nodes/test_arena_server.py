@@ -39,13 +39,13 @@ class Desk:
 
     def ask(self, now_s: float, request: Message | bytes) -> list[BodyGranted | BodyDenied]:
         answers: list[bytes] = []
-        question = request if isinstance(request, bytes) else encode(request)
-        self.reception.handle_event(now_s, QueryReceived("join", b"", question, answers.append))
+        request = request if isinstance(request, bytes) else encode(request)
+        self.reception.handle_event(now_s, QueryReceived("join", b"", request, answers.append))
         return [decode_join_reply(answer) for answer in answers]
 
-    def ask_about(self, now_s: float, question: bytes = b"") -> list[bytes]:
+    def ask_about(self, now_s: float, request: bytes = b"") -> list[bytes]:
         answers: list[bytes] = []
-        self.reception.handle_event(now_s, QueryReceived("metadata", b"", question, answers.append))
+        self.reception.handle_event(now_s, QueryReceived("metadata", b"", request, answers.append))
         return answers
 
     def see(self, robot: int, session: str = "a") -> None:
@@ -129,10 +129,10 @@ def test_who_asks_what_the_arena_is_like_is_told(desk: Desk) -> None:
     (answer,) = desk.ask_about(10.0)
     about = decode_arena_metadata(answer)
     assert (about.arena, about.arena_run) == ("lab", 7)
-    told = msgspec.json.decode(about.settings)
-    assert set(told) == {"arena", "body"}
-    assert msgspec.convert(told["arena"], ArenaSettings) == small().arena
-    assert msgspec.convert(told["body"], CyberRodent) == small().body
+    message = msgspec.json.decode(about.settings)
+    assert set(message) == {"arena", "body"}
+    assert msgspec.convert(message["arena"], ArenaSettings) == small().arena
+    assert msgspec.convert(message["body"], CyberRodent) == small().body
     assert not desk.ask_about(10.0, b"?")
     assert desk.node.counts == {"malformed": 1}
 

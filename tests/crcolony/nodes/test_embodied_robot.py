@@ -51,7 +51,7 @@ from crcolony.transport.interface import (
 )
 from tests.support.small_colony import small
 
-COLONY, WORLD = "blue", 7
+COLONY, ARENA_RUN = "blue", 7
 ME, PEER = sorted((seeded(COLONY, 1, k) for k in range(2)), key=lambda key: key.id)
 BODY = msgspec.json.encode(CyberRodent()).decode()
 CALM = pack_row(np.zeros(OBSERVATION_WIDTH))
@@ -65,7 +65,7 @@ class Air:
         self.actions: list[Action] = []
         self.is_searching = False
 
-    def send_envelope(self, to: RobotId, letter: bytes) -> None: ...
+    def send_envelope(self, to: RobotId, envelope: bytes) -> None: ...
 
     def request_body(self, robot: RobotId, request: bytes) -> None:
         self.requests.append(decode_join(request))
@@ -106,31 +106,31 @@ class Scenery:
     def _reconnect_session(self) -> None:
         self.came_anew += 1
 
-    def place(
-        self, now_s: float, tick: int = 0, lockstep: bool = False, world: int = WORLD
+    def slot(
+        self, now_s: float, tick: int = 0, lockstep: bool = False, arena_run: int = ARENA_RUN
     ) -> None:
-        answer = encode(BodyGranted(2, world, tick, 0.1, lockstep, BODY))
+        answer = encode(BodyGranted(2, arena_run, tick, 0.1, lockstep, BODY))
         self.robot.handle_event(now_s, JoinReplyReceived(ME.id, answer))
 
     def observe(
         self,
         now_s: float,
         tick: int,
-        world: int = WORLD,
+        arena_run: int = ARENA_RUN,
         row: bytes = CALM,
         contact: Contact | None = None,
     ) -> None:
-        seen = encode(Observation(world, tick, row, contact))
+        seen = encode(Observation(arena_run, tick, row, contact))
         self.robot.handle_event(now_s, ObservationReceived(ME.id, seen))
 
     def show(self, now_s: float, is_lit: bool) -> None:
         seen = SceneRobot(PEER.id, COLONY, 0.0, 0.0, 0.0, False, float(is_lit), 0.0, 0.0, False)
-        scene = Scene("here", WORLD, 1, 1, 0, 0.1, 1.0, 1.0, [seen], [])
+        scene = Scene("here", ARENA_RUN, 1, 1, 0, 0.1, 1.0, 1.0, [seen], [])
         self.robot.handle_event(now_s, SceneReceived(encode(scene)))
 
-    def ask(self, about: Literal["history", "metadata"], question: bytes) -> list[bytes]:
+    def ask(self, about: Literal["history", "metadata"], request: bytes) -> list[bytes]:
         answers: list[bytes] = []
-        self.robot.handle_event(0.0, QueryReceived(about, ME.id, question, answers.append))
+        self.robot.handle_event(0.0, QueryReceived(about, ME.id, request, answers.append))
         return answers
 
     def capture(self, *captures: int) -> None:
@@ -162,11 +162,11 @@ class TestTheBody:
     def test_it_asks_for_a_body_until_it_has_one(self, scenery: Scenery) -> None:
         """As soon as it lives, when an arena appears, and every second."""
         scenery.robot.handle_timers(0.0)
-        scenery.robot.handle_event(0.1, ArenaOnline(WORLD))
+        scenery.robot.handle_event(0.1, ArenaOnline(ARENA_RUN))
         scenery.robot.handle_timers(0.2)
         scenery.robot.handle_timers(1.2)
         assert scenery.air.requests == [Join(ME.id, COLONY, -1)] * 3
-        scenery.place(1.3)
+        scenery.slot(1.3)
         scenery.robot.handle_timers(2.4)
         assert len(scenery.air.requests) == 3
         assert scenery.robot.has_body
@@ -174,15 +174,15 @@ class TestTheBody:
 
     def test_it_answers_every_observation_once(self, scenery: Scenery) -> None:
         """One that comes twice, late, or from another run of the arena is not answered."""
-        scenery.place(0.0)
+        scenery.slot(0.0)
         for tick in (1, 2, 2, 1, 3):
             scenery.observe(0.1 * tick, tick)
-        scenery.observe(0.5, 4, world=WORLD + 1)
+        scenery.observe(0.5, 4, arena_run=ARENA_RUN + 1)
         assert scenery.acted == [1, 2, 3]
 
     def test_in_lockstep_it_says_again_what_the_arena_did_not_hear(self, scenery: Scenery) -> None:
         """The same action, and nothing is lived twice."""
-        scenery.place(0.0, lockstep=True)
+        scenery.slot(0.0, lockstep=True)
         scenery.observe(0.1, 1)
         steps = scenery.robot.node.robot.steps
         scenery.observe(0.6, 1)
@@ -193,20 +193,20 @@ class TestTheBody:
     def test_without_a_body_it_does_nothing(self, scenery: Scenery) -> None:
         """Nor after the arena has gone; another run of the arena is another body."""
         scenery.observe(0.0, 1)
-        scenery.place(0.1)
-        scenery.robot.handle_event(0.2, ArenaOffline(WORLD + 1))
+        scenery.slot(0.1)
+        scenery.robot.handle_event(0.2, ArenaOffline(ARENA_RUN + 1))
         scenery.observe(0.3, 2)
-        scenery.robot.handle_event(0.4, ArenaOffline(WORLD))
+        scenery.robot.handle_event(0.4, ArenaOffline(ARENA_RUN))
         scenery.observe(0.5, 3)
         assert scenery.acted == [2]
         assert "the arena is gone; looking for arena here" in scenery.said
-        scenery.place(0.6, world=WORLD + 1)
-        scenery.observe(0.7, 1, world=WORLD + 1)
+        scenery.slot(0.6, arena_run=ARENA_RUN + 1)
+        scenery.observe(0.7, 1, arena_run=ARENA_RUN + 1)
         assert scenery.acted == [2, 1]
 
     def test_a_body_that_is_silent_is_asked_for_again(self, scenery: Scenery) -> None:
         """After 3 s, and an observation of a tick to come is forgotten then."""
-        scenery.place(0.0)
+        scenery.slot(0.0)
         scenery.observe(0.1, 2**40)
         scenery.observe(0.2, 2)
         assert scenery.acted == [2**40]
@@ -214,14 +214,14 @@ class TestTheBody:
         assert not scenery.air.requests
         scenery.robot.handle_timers(3.2)
         assert len(scenery.air.requests) == 1
-        scenery.place(3.3, tick=30)
+        scenery.slot(3.3, tick=30)
         scenery.observe(3.4, 31)
         assert scenery.acted == [2**40, 31]
 
     @pytest.mark.parametrize("row", [pack_row(np.full(OBSERVATION_WIDTH, np.nan)), b"short"])
     def test_an_observation_that_is_none_is_counted(self, scenery: Scenery, row: bytes) -> None:
         """And nothing is done."""
-        scenery.place(0.0)
+        scenery.slot(0.0)
         scenery.observe(0.1, 1, row=row)
         assert not scenery.acted
         assert scenery.robot.node.faults["malformed observation"] == 1
@@ -230,7 +230,7 @@ class TestTheBody:
         ("answer", "said"),
         [
             (encode(BodyDenied("full: all 4 places are taken")), "no body: arena here is full"),
-            (encode(BodyGranted(0, WORLD, 0, 0.1, False, "{")), "arena here: malformed answer"),
+            (encode(BodyGranted(0, ARENA_RUN, 0, 0.1, False, "{")), "arena here: malformed answer"),
             (b"noise", "arena here: malformed answer"),
         ],
         ids=["full", "no settings", "noise"],
@@ -250,7 +250,7 @@ class TestTheBody:
 class TestTheOthers:
     def test_who_is_met_and_cannot_be_seen_is_a_lost_link(self, scenery: Scenery) -> None:
         """After 5 s of meeting it comes onto the network anew, and not again for half a minute."""
-        scenery.place(0.0)
+        scenery.slot(0.0)
         for tick in range(1, 300):
             scenery.observe(0.1 * tick, tick, contact=Contact(PEER.id, tick))
         assert scenery.came_anew == 1
@@ -321,14 +321,14 @@ class TestObservers:
             scenery.robot.node.incarnation,
             [],
         )
-        told = msgspec.json.decode(about.settings)
-        assert set(told) == {"body", "learning", "life", "heredity"}
-        for name, settings in told.items():
+        message = msgspec.json.decode(about.settings)
+        assert set(message) == {"body", "learning", "life", "heredity"}
+        for name, settings in message.items():
             assert msgspec.convert(settings, type(group := getattr(config, name))) == group
         scenery.robot.handle_event(0.0, RobotOnline(PEER.id, 1, "theirs"))
         body = msgspec.json.encode(CyberRodent(camera_range_m=0.75)).decode()
         scenery.robot.handle_event(
-            0.0, JoinReplyReceived(ME.id, encode(BodyGranted(2, WORLD, 0, 0.1, False, body)))
+            0.0, JoinReplyReceived(ME.id, encode(BodyGranted(2, ARENA_RUN, 0, 0.1, False, body)))
         )
         about = self.about(scenery)
         assert about.peers == [PEER.id]
@@ -359,21 +359,21 @@ class TestObservers:
     ) -> None:
         """Of those that have ended, and of the present one."""
 
-        def told(scenery: Scenery) -> int:
+        def message(scenery: Scenery) -> int:
             return scenery.robot.node.state(0).captures
 
         scenery.capture(1, 2, 0, 4)
-        assert told(scenery) == 7
+        assert message(scenery) == 7
         scenery.turn_over()
-        assert told(scenery) == 7
+        assert message(scenery) == 7
         scenery.capture(0, 1, 1, 0)
-        assert told(scenery) == 9
+        assert message(scenery) == 9
         scenery.robot.node.save()
         scenery.store.close()
         again = Scenery(tmp_path)
-        assert told(again) == 9
+        assert message(again) == 9
         again.turn_over()
-        assert told(again) == 9
+        assert message(again) == 9
         again.store.close()
 
 

@@ -41,19 +41,19 @@ class Childless:
     """A parent that wants no offspring, and hears everything."""
 
     def __init__(self) -> None:
-        self.heard: list[str] = []
+        self.sample: list[str] = []
 
     def decide(self, record: EncounterRecord) -> Decision:
         return Decision(0.5, False, False, b"", 1, bytes(16))
 
     def rollback_decision(self) -> None:
-        self.heard.append("undecide")
+        self.sample.append("undecide")
 
     def on_mated(self, record: EncounterRecord, decision: Decision) -> None:
-        self.heard.append("exchanged")
+        self.sample.append("exchanged")
 
     def on_outcome(self, note: OutcomeReport) -> None:
-        self.heard.append(note.outcome)
+        self.sample.append(note.outcome)
 
 
 class Desk:
@@ -63,17 +63,17 @@ class Desk:
         self.store = RobotStore(folder / "robot.sqlite", ME.id, DIGEST, durable=False)
         self.sent: list[MatingMessage] = []
         self.parent = Childless()
-        self.exchanges = MatingDriver(
+        self.mating_driver = MatingDriver(
             ME, COLONY, SCHEMA, self.store, self._send, self.parent, allow, MatingLimits(), 5
         )
-        self.counts = self.exchanges.counts
+        self.counts = self.mating_driver.counts
 
-    def _send(self, to: bytes, letter: bytes) -> None:
+    def _send(self, to: bytes, envelope: bytes) -> None:
         assert to in (PEER.id, OTHER.id)
-        self.sent.append(open_envelope(letter)[1])
+        self.sent.append(open_envelope(envelope)[1])
 
     def meet(self, nonce: int = 7) -> None:
-        self.exchanges.handle_contact(1.0, Contact(PEER.id, nonce), Offer("me/1", GENES), 3)
+        self.mating_driver.handle_contact(1.0, Contact(PEER.id, nonce), Offer("me/1", GENES), 3)
 
 
 @pytest.fixture
@@ -86,14 +86,14 @@ def desk(tmp_path: Path) -> Iterator[Desk]:
 @pytest.fixture
 def verified(monkeypatch: pytest.MonkeyPatch) -> list[SignedEnvelope]:
     """Every letter whose signature was looked at."""
-    letters: list[SignedEnvelope] = []
+    envelopes: list[SignedEnvelope] = []
 
-    def note(letter: SignedEnvelope, colony: str) -> bool:
-        letters.append(letter)
-        return has_valid_signature(letter, colony)
+    def note(envelope: SignedEnvelope, colony: str) -> bool:
+        envelopes.append(envelope)
+        return has_valid_signature(envelope, colony)
 
     monkeypatch.setattr(mating_driver, "has_valid_signature", note)
-    return letters
+    return envelopes
 
 
 def proposal(nonce: int = 7, genes: bytes = GENES, count: int = 1) -> bytes:
@@ -106,7 +106,7 @@ def test_a_proposal_after_the_contact_is_accepted(
 ) -> None:
     """One verification; the answer is sent after the record is on the disk."""
     desk.meet()
-    desk.exchanges.handle_envelope(1.1, proposal())
+    desk.mating_driver.handle_envelope(1.1, proposal())
     assert [type(message).__name__ for message in desk.sent] == ["Accept"]
     assert [record.state for record in desk.store.open_records()] == ["prepared"]
     assert len(verified) == 1
@@ -118,10 +118,10 @@ def test_letters_that_nobody_waits_for_are_not_verified(
     """Thousands of them, of a stranger without a contact, with a wrong nonce, about encounters long over."""
     desk.meet(nonce=7)
     for count in range(1, 2001):
-        desk.exchanges.handle_envelope(1.1, proposal(nonce=8, count=count))
+        desk.mating_driver.handle_envelope(1.1, proposal(nonce=8, count=count))
         encounter = Encounter(PEER.id, ME.id, 1, count)
         for message in (Commit(encounter), Abort(encounter)):
-            desk.exchanges.handle_envelope(1.1, sign_message(message, COLONY, PEER))
+            desk.mating_driver.handle_envelope(1.1, sign_message(message, COLONY, PEER))
     assert verified == []
     assert desk.sent == []
     assert desk.counts["unexpected"] == 6000
@@ -129,7 +129,7 @@ def test_letters_that_nobody_waits_for_are_not_verified(
 
 def test_a_proposal_before_the_own_contact_waits_for_it(desk: Desk) -> None:
     """Bodies may report one contact at different times."""
-    desk.exchanges.handle_envelope(1.0, proposal())
+    desk.mating_driver.handle_envelope(1.0, proposal())
     assert desk.sent == []
     desk.meet()
     assert [type(message).__name__ for message in desk.sent] == ["Accept"]
@@ -140,9 +140,9 @@ def test_what_is_put_aside_is_bounded(desk: Desk) -> None:
     for number in range(200):
         stranger = seeded(COLONY, 9, number)
         encounter = Encounter(stranger.id, ME.id, 1, 1)
-        letter = sign_message(Propose(encounter, 7, DIGEST, "x/1", GENES), COLONY, stranger)
-        desk.exchanges.handle_envelope(1.0, letter)
-    assert len(desk.exchanges._early) == 32
+        envelope = sign_message(Propose(encounter, 7, DIGEST, "x/1", GENES), COLONY, stranger)
+        desk.mating_driver.handle_envelope(1.0, envelope)
+    assert len(desk.mating_driver._early) == 32
 
 
 def test_forged_unfit_and_malformed_letters_are_counted_and_change_nothing(desk: Desk) -> None:
@@ -150,11 +150,11 @@ def test_forged_unfit_and_malformed_letters_are_counted_and_change_nothing(desk:
     desk.meet()
     encounter = Encounter(PEER.id, ME.id, 1, 1)
     elsewhere = sign_message(Propose(encounter, 7, DIGEST, "p/1", GENES), "red", PEER)
-    desk.exchanges.handle_envelope(1.1, elsewhere)
-    desk.exchanges.handle_envelope(1.1, proposal(genes=bytes(8) + bytes(8) + bytes(8)))
+    desk.mating_driver.handle_envelope(1.1, elsewhere)
+    desk.mating_driver.handle_envelope(1.1, proposal(genes=bytes(8) + bytes(8) + bytes(8)))
     high = pack_genes(np.array([1.5, 0.0]))
-    desk.exchanges.handle_envelope(1.1, proposal(genes=high))
-    desk.exchanges.handle_envelope(1.1, b"\x93")
+    desk.mating_driver.handle_envelope(1.1, proposal(genes=high))
+    desk.mating_driver.handle_envelope(1.1, b"\x93")
     assert desk.counts["forged"] == 1
     assert desk.counts["unfit"] == 2
     assert desk.counts["malformed"] == 1
@@ -166,7 +166,7 @@ def test_only_the_listed_are_mated_with(tmp_path: Path) -> None:
     """In the mode `enforce`: neither their contacts nor their letters lead to anything."""
     desk = Desk(tmp_path, AllowList(frozenset({OTHER.id})))
     desk.meet()
-    desk.exchanges.handle_envelope(1.1, proposal())
+    desk.mating_driver.handle_envelope(1.1, proposal())
     assert desk.counts["not allowed"] == 2
     assert desk.sent == []
     desk.store.close()
@@ -176,6 +176,6 @@ def test_verifications_are_limited(desk: Desk, verified: list[SignedEnvelope]) -
     """A replayed letter of an open encounter costs so many verifications a second, and no more."""
     desk.meet()
     for _ in range(1000):
-        desk.exchanges.handle_envelope(1.1, proposal())
+        desk.mating_driver.handle_envelope(1.1, proposal())
     assert len(verified) <= 500
     assert desk.counts["too many"] >= 500

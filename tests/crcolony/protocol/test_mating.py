@@ -39,9 +39,9 @@ LETTER = b"a letter, sealed"
 LIMITS = MatingLimits()
 
 
-def mating(me: bytes, limits: MatingLimits = LIMITS, life: int = 1) -> MatingStateMachine:
+def mating(me: bytes, limits: MatingLimits = LIMITS, incarnation: int = 1) -> MatingStateMachine:
     """Return a robot's mating at its start."""
-    return MatingStateMachine(me, life, SCHEMA, limits)
+    return MatingStateMachine(me, incarnation, SCHEMA, limits)
 
 
 def meets(
@@ -79,9 +79,11 @@ def only_write(effects: Iterable[Effect]) -> Write:
     return write
 
 
-def encounter(initiator: bytes, responder: bytes, count: int = 1, life: int = 1) -> Encounter:
+def encounter(
+    initiator: bytes, responder: bytes, count: int = 1, incarnation: int = 1
+) -> Encounter:
     """Return the name of an encounter."""
-    return Encounter(initiator, responder, life, count)
+    return Encounter(initiator, responder, incarnation, count)
 
 
 AB = encounter(A, B)
@@ -188,7 +190,7 @@ class TestInitiator:
         assert notes(effects) == ["orphaned"]
         assert only_write(effects).records[0].orphaned
         assert only_write(effects).decided is None
-        assert robot.next_s == pytest.approx(0.1 + LIMITS.orphan_s + LIMITS.longest_retry_s)
+        assert robot.next_s == pytest.approx(0.1 + LIMITS.orphan_s + LIMITS.max_retry_s)
         assert says(robot.handle_timeouts(robot.next_s)) == [Commit(AB)]
         assert writes(robot.give_up(1e9, AB)) == []
         effects = hears(robot, Done(AB))
@@ -197,7 +199,7 @@ class TestInitiator:
 
     def test_an_unknown_encounter_is_aborted(self) -> None:
         """A robot that crashed before it decided does not know its old proposals: presumed abort."""
-        robot = mating(A, life=2)
+        robot = mating(A, incarnation=2)
         assert says(hears(robot, ACCEPT)) == [Abort(AB)]
 
     def test_an_encounter_of_the_future_is_not_answered(self) -> None:
@@ -291,7 +293,7 @@ class TestResponder:
         robot = prepared()
         hears(robot, Commit(AB))
         assert hears(robot, Commit(AB)) == [Send(A, Done(AB))]
-        restarted = mating(B, life=2)
+        restarted = mating(B, incarnation=2)
         restarted.restore(0.0, [], {A: (AB.number, True)})
         assert hears(restarted, Commit(AB)) == [Send(A, Done(AB))]
 
@@ -345,7 +347,7 @@ class TestResponder:
         effects = robot.handle_timeouts(0.1 + LIMITS.orphan_s)
         assert notes(effects) == ["orphaned"]
         assert only_write(effects).records[0].orphaned
-        assert robot.next_s == pytest.approx(0.1 + LIMITS.orphan_s + LIMITS.longest_retry_s)
+        assert robot.next_s == pytest.approx(0.1 + LIMITS.orphan_s + LIMITS.max_retry_s)
         assert says(robot.handle_timeouts(robot.next_s)) == [ACCEPT]
         assert robot.doubts == 1
         effects = hears(robot, Abort(AB))
@@ -647,7 +649,7 @@ class TestDisk:
     def test_what_is_open_on_disk_is_taken_up_after_a_crash(self) -> None:
         """The initiator says what it decided, the responder asks; neither is engaged by it."""
         for before, word in ((decided(), Commit(AB)), (prepared(), ACCEPT)):
-            robot = mating(before.me, life=2)
+            robot = mating(before.me, incarnation=2)
             robot.restore(100.0, before.open, {})
             assert robot.open == before.open
             assert not robot.is_engaged
@@ -657,21 +659,21 @@ class TestDisk:
     def test_an_orphan_on_disk_is_asked_for_seldom_after_a_crash(self) -> None:
         """It is not counted again."""
         (record,) = prepared().open
-        robot = mating(B, life=2)
+        robot = mating(B, incarnation=2)
         robot.restore(100.0, [replace(record, orphaned=True)], {})
-        assert robot.next_s == 100.0 + LIMITS.longest_retry_s
+        assert robot.next_s == 100.0 + LIMITS.max_retry_s
         assert notes(robot.handle_timeouts(1000.0)) == []
 
     def test_numbers_of_a_new_life_are_new(self) -> None:
         """A proposal after a crash is newer than any before."""
-        robot = mating(A, life=2)
+        robot = mating(A, incarnation=2)
         (proposal,) = says(meets(robot, B, OF_A))
         assert proposal.encounter.number == (2, 1)
         assert proposal.encounter.number > (1, 99)
 
     def test_marks_on_disk_make_old_proposals_stale_after_a_crash(self) -> None:
         """Whatever contact is reported."""
-        robot = mating(B, life=2)
+        robot = mating(B, incarnation=2)
         robot.restore(0.0, [], {A: ((1, 1), False)})
         meets(robot, A, OF_B)
         assert says(hears(robot, PROPOSE)) == [Refuse(AB, "stale")]

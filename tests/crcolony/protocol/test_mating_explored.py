@@ -112,19 +112,19 @@ class SaysDoneFirst(SaysFirst):
 
 class KeepsMarksInMemory(Caller):
     def restored(self, me: RobotId, disk: Disk) -> MatingStateMachine:
-        mating = self.mating(me, disk.life, SCHEMA, LIMITS)
+        mating = self.mating(me, disk.incarnation, SCHEMA, LIMITS)
         mating.restore(NOW_S, filter(self.is_open, disk.records), {})
         return mating
 
 
 class KeepsLifeInMemory(Caller):
     def start(self, me: RobotId, disk: Disk) -> tuple[Disk, MatingStateMachine]:
-        disk = replace(disk, life=1)
+        disk = replace(disk, incarnation=1)
         return disk, self.restored(me, disk)
 
 
 class SkipsSignature(Caller):
-    def has_valid_signature(self, letter: SignedEnvelope) -> bool:
+    def has_valid_signature(self, envelope: SignedEnvelope) -> bool:
         return True
 
 
@@ -212,9 +212,9 @@ class TestSabotagedCaller:
 
 
 class IgnoresMarks(MatingStateMachine):
-    def _on_propose(self, now_s: float, message: Propose, letter: bytes) -> list[Effect]:
+    def _on_propose(self, now_s: float, message: Propose, envelope: bytes) -> list[Effect]:
         self._marks.clear()
-        return super()._on_propose(now_s, message, letter)
+        return super()._on_propose(now_s, message, envelope)
 
 
 class GuessesCommit(MatingStateMachine):
@@ -244,20 +244,20 @@ class GivesUpDecided(MatingStateMachine):
 
 class PresumesCommit(MatingStateMachine):
     def _on_accept(
-        self, now_s: float, message: Accept, letter: bytes, waiting: _Open | None
+        self, now_s: float, message: Accept, envelope: bytes, waiting: _Open | None
     ) -> list[Effect]:
         if waiting is None:
             return [Send(message.encounter.responder, Commit(message.encounter))]
-        return super()._on_accept(now_s, message, letter, waiting)
+        return super()._on_accept(now_s, message, envelope, waiting)
 
 
 class PresumesNothing(MatingStateMachine):
     def _on_accept(
-        self, now_s: float, message: Accept, letter: bytes, waiting: _Open | None
+        self, now_s: float, message: Accept, envelope: bytes, waiting: _Open | None
     ) -> list[Effect]:
         if waiting is None:
             return []
-        return super()._on_accept(now_s, message, letter, waiting)
+        return super()._on_accept(now_s, message, envelope, waiting)
 
 
 class IgnoresNonce(MatingStateMachine):
@@ -267,11 +267,11 @@ class IgnoresNonce(MatingStateMachine):
         return super().expects(message)
 
     def _on_accept(
-        self, now_s: float, message: Accept, letter: bytes, waiting: _Open | None
+        self, now_s: float, message: Accept, envelope: bytes, waiting: _Open | None
     ) -> list[Effect]:
         nonce = waiting.record.nonce if waiting else message.nonce
         message = msgspec.structs.replace(message, nonce=nonce)
-        return super()._on_accept(now_s, message, letter, waiting)
+        return super()._on_accept(now_s, message, envelope, waiting)
 
 
 class ForgetsUnacknowledged(MatingStateMachine):
@@ -282,11 +282,11 @@ class ForgetsUnacknowledged(MatingStateMachine):
 
 
 class BelievesLateRefusal(MatingStateMachine):
-    def handle_message(self, now_s: float, message: MatingMessage, letter: bytes) -> list[Effect]:
+    def handle_message(self, now_s: float, message: MatingMessage, envelope: bytes) -> list[Effect]:
         waiting = self._open.get(message.encounter)
         if isinstance(message, Refuse) and waiting and waiting.record.state == "decided":
             return self._close(waiting, "aborted")
-        return super().handle_message(now_s, message, letter)
+        return super().handle_message(now_s, message, envelope)
 
 
 class IgnoresAbort(MatingStateMachine):

@@ -144,11 +144,11 @@ class TestVectors:
     @pytest.mark.parametrize("name", LETTERS)
     def test_letters_are_genuine(self, name: str) -> None:
         """Signed by the robot that must have said it."""
-        letter, message = open_envelope(VECTORS[name])
+        envelope, message = open_envelope(VECTORS[name])
         sender = INITIATOR if name in ("propose", "commit", "abort") else RESPONDER
         receiver = RESPONDER if sender is INITIATOR else INITIATOR
-        assert has_valid_signature(letter, COLONY)
-        assert letter.key == sender.public_key
+        assert has_valid_signature(envelope, COLONY)
+        assert envelope.key == sender.public_key
         assert sender_of(message) == sender.id
         assert receiver_of(message) == receiver.id
 
@@ -491,23 +491,23 @@ class TestLetters:
             changed = bytearray(good)
             changed[bit // 8] ^= 1 << bit % 8
             try:
-                letter, _ = open_envelope(bytes(changed))
+                envelope, _ = open_envelope(bytes(changed))
             except WireError:
                 continue
-            assert not has_valid_signature(letter, COLONY), f"bit {bit}"
+            assert not has_valid_signature(envelope, COLONY), f"bit {bit}"
 
     def test_a_letter_for_another_colony_is_not_genuine(self) -> None:
         """Nor for one whose name begins alike."""
-        letter, _ = open_envelope(VECTORS["propose"])
+        envelope, _ = open_envelope(VECTORS["propose"])
         for colony in ("", "vector", "vectors2", "Vectors"):
-            assert not has_valid_signature(letter, colony)
+            assert not has_valid_signature(envelope, colony)
 
     def test_a_letter_signed_by_another_is_not_genuine(self) -> None:
         """With the sender's public key around it, which everyone knows."""
         content = encode(LETTERS["commit"])
         signature = RESPONDER.sign(b"crcolony mating 1 vectors\n" + content)
-        letter = SignedEnvelope(content, INITIATOR.public_key, signature)
-        opened, _ = open_envelope(encode(letter))
+        envelope = SignedEnvelope(content, INITIATOR.public_key, signature)
+        opened, _ = open_envelope(encode(envelope))
         assert not has_valid_signature(opened, COLONY)
 
     def test_what_is_signed_is_what_the_protocol_says(self) -> None:
@@ -636,9 +636,9 @@ def test_what_is_sealed_is_opened(message: MatingMessage) -> None:
     message = type(message)(**{**fields, "encounter": encounter})
     is_initiators = isinstance(message, BY_INITIATOR)
     sender, other = (INITIATOR, RESPONDER) if is_initiators else (RESPONDER, INITIATOR)
-    letter, opened = open_envelope(sign_message(message, COLONY, sender))
+    envelope, opened = open_envelope(sign_message(message, COLONY, sender))
     assert opened == message
-    assert has_valid_signature(letter, COLONY)
+    assert has_valid_signature(envelope, COLONY)
     with pytest.raises(WireError):
         open_envelope(sign_message(message, COLONY, other))
 

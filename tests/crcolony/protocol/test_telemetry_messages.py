@@ -73,10 +73,10 @@ class TestSettings:
     def test_every_group_is_told_as_the_config_has_it(self) -> None:
         """A stranger reads it without this program."""
         config = load()
-        told = json.loads(settings_of_robot(config, CyberRodent(camera_range_m=0.5)))
-        assert set(told) == {"body", "learning", "life", "heredity"}
-        assert told["body"]["camera_range_m"] == 0.5
-        assert told["life"] == msgspec.to_builtins(config.life)
+        message = json.loads(settings_of_robot(config, CyberRodent(camera_range_m=0.5)))
+        assert set(message) == {"body", "learning", "life", "heredity"}
+        assert message["body"]["camera_range_m"] == 0.5
+        assert message["life"] == msgspec.to_builtins(config.life)
 
     def test_a_group_that_does_not_fit_is_left_out(self) -> None:
         """A thousand speeds do not keep a robot from telling the rest."""
@@ -134,8 +134,8 @@ class TestRing:
     def test_events_are_numbered_without_gaps(self) -> None:
         """From 1 in every life."""
         ring = EventBuffer(INITIATOR.id, 5)
-        told = [decode_event(ring.append(Fault(k, "x"), 7)) for k in range(3)]
-        assert told == [EventMessage(INITIATOR.id, 5, k + 1, 7, Fault(k, "x")) for k in range(3)]
+        message = [decode_event(ring.append(Fault(k, "x"), 7)) for k in range(3)]
+        assert message == [EventMessage(INITIATOR.id, 5, k + 1, 7, Fault(k, "x")) for k in range(3)]
         assert ring.seq == 3
 
     def test_asking_again_and_again_gives_everything_that_is_kept(self) -> None:
@@ -143,15 +143,15 @@ class TestRing:
         ring = EventBuffer(INITIATOR.id, 5)
         for k in range(11_000):
             ring.append(Fault(k, "x" * 300), 7)
-        heard: list[int] = []
+        sample: list[int] = []
         first = 1
         while first <= ring.seq:
             past = decode_history_reply(encode(ring.reply_to(HistoryRequest(5, first))))
             assert 0 < len(past.events) <= MAX_HISTORY_EVENTS
             assert past.oldest == 1_001
-            heard += [decode_event(data).seq for data in past.events]
-            first = heard[-1] + 1
-        assert heard == list(range(1_001, 11_001))
+            sample += [decode_event(data).seq for data in past.events]
+            first = sample[-1] + 1
+        assert sample == list(range(1_001, 11_001))
 
     def test_another_life_and_the_future_hold_nothing(self) -> None:
         """The answer says which life it is about."""

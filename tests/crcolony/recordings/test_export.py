@@ -51,23 +51,23 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def heard(folder: Path) -> list[TelemetrySample]:
+def sample(folder: Path) -> list[TelemetrySample]:
     return list(resimulate(read_run(folder), Windows(frozenset({0, 2}), 20.0)))
 
 
 @pytest.fixture(scope="module")
 def tables(
-    tmp_path_factory: pytest.TempPathFactory, heard: list[TelemetrySample]
+    tmp_path_factory: pytest.TempPathFactory, sample: list[TelemetrySample]
 ) -> dict[str, list[dict[str, Any]]]:
     """What a recording of it is exported to."""
     folder = tmp_path_factory.mktemp("recorded")
-    record(folder / "telemetry.sqlite", heard)
+    record(folder / "telemetry.sqlite", sample)
     return read(export(folder, folder / "parquet"))
 
 
-def record(path: Path, heard: Sequence[TelemetrySample]) -> Path:
+def record(path: Path, sample: Sequence[TelemetrySample]) -> Path:
     file = TelemetryFile.open(path)
-    for one in heard:
+    for one in sample:
         file.add(one)
     assert file.close() is None
     return path
@@ -90,10 +90,10 @@ def test_there_is_a_table_for_everything(tables: dict[str, list[dict[str, Any]]]
 
 
 def test_states_are_as_they_were_told(
-    heard: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
+    sample: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
 ) -> None:
     """Field by field, with the id as hex digits, beside colony and time."""
-    states = [(one.unix_ms, decode_state(one.data)) for one in heard if one.kind == "state"]
+    states = [(one.unix_ms, decode_state(one.data)) for one in sample if one.kind == "state"]
     assert tables["states"] == [
         {
             "heard_unix_ms": unix_ms,
@@ -110,12 +110,12 @@ def test_states_are_as_they_were_told(
     [("deaths", Died), ("lives", Lived), ("turnovers", TurnedOver), ("meetings", Met)],
 )
 def test_events_are_as_they_were_told(
-    heard: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]], name: str, kind: type
+    sample: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]], name: str, kind: type
 ) -> None:
     """Each once, in order, with who told it."""
-    told = [t for t in told_in(heard) if isinstance(t.event, kind)]
-    assert name == "deaths" or told
-    for row, one in zip(tables[name], told, strict=True):
+    message = [t for t in told_in(sample) if isinstance(t.event, kind)]
+    assert name == "deaths" or message
+    for row, one in zip(tables[name], message, strict=True):
         fields = msgspec.structs.asdict(one.event)
         if "peer" in fields:
             fields["peer"] = fields["peer"].hex()
@@ -133,13 +133,13 @@ def test_events_are_as_they_were_told(
 
 
 def test_a_mating_is_told_by_both(
-    heard: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
+    sample: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
 ) -> None:
     """Each side with its own energy and decision, and the same encounter."""
-    told = [t.event for t in told_in(heard) if isinstance(t.event, Exchanged)]
+    message = [t.event for t in told_in(sample) if isinstance(t.event, Exchanged)]
     rows = tables["matings"]
-    assert len(rows) == len(told) >= 10
-    for row, event in zip(rows, told, strict=True):
+    assert len(rows) == len(message) >= 10
+    for row, event in zip(rows, message, strict=True):
         assert isinstance(event, Exchanged)
         encounter = event.encounter
         assert row["initiator"] == encounter.initiator.hex()
@@ -152,13 +152,13 @@ def test_a_mating_is_told_by_both(
 
 
 def test_births_have_a_column_for_every_gene(
-    heard: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
+    sample: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
 ) -> None:
     """By its name in the schema, since robots have told their settings."""
     names = [gene.name for gene in schema().genes]
-    told = [t.event for t in told_in(heard) if isinstance(t.event, Born)]
-    assert len(told) == 4 * 4 * 4
-    for row, event in zip(tables["births"], told, strict=True):
+    message = [t.event for t in told_in(sample) if isinstance(t.event, Born)]
+    assert len(message) == 4 * 4 * 4
+    for row, event in zip(tables["births"], message, strict=True):
         assert isinstance(event, Born)
         genes = np.frombuffer(event.genes)
         assert [row[name] for name in names] == genes.tolist()
@@ -166,19 +166,19 @@ def test_births_have_a_column_for_every_gene(
         assert (row["number"], row["mother"]) == (event.robot, event.mother)
 
 
-def test_genes_without_names_stay_together(tmp_path: Path, heard: list[TelemetrySample]) -> None:
+def test_genes_without_names_stay_together(tmp_path: Path, sample: list[TelemetrySample]) -> None:
     """Of a robot that has not told its settings."""
-    robot = told_in(heard)[0].robot
-    silent = [h for h in heard if not (h.kind == "metadata" and robot.hex() in h.key)]
+    robot = told_in(sample)[0].robot
+    silent = [h for h in sample if not (h.kind == "metadata" and robot.hex() in h.key)]
     path = record(tmp_path / "t.sqlite", silent)
     births = read(export(path, tmp_path / "out"))["births"]
     names = [gene.name for gene in schema().genes]
-    for row, told in zip(
-        births, (t for t in told_in(heard) if isinstance(t.event, Born)), strict=True
+    for row, message in zip(
+        births, (t for t in told_in(sample) if isinstance(t.event, Born)), strict=True
     ):
-        assert isinstance(told.event, Born)
-        genes = np.frombuffer(told.event.genes).tolist()
-        if told.robot == robot:
+        assert isinstance(message.event, Born)
+        genes = np.frombuffer(message.event.genes).tolist()
+        if message.robot == robot:
             assert row["genes"] == genes
             assert {row[name] for name in names} == {None}
         else:
@@ -186,10 +186,10 @@ def test_genes_without_names_stay_together(tmp_path: Path, heard: list[Telemetry
 
 
 def test_poses_and_packs_are_those_of_every_scene(
-    heard: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
+    sample: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
 ) -> None:
     """A row for everybody, with where, what and when."""
-    scenes = [decode_scene(one.data) for one in heard if one.kind == "scene"]
+    scenes = [decode_scene(one.data) for one in sample if one.kind == "scene"]
     poses, packs = iter(tables["poses"]), iter(tables["packs"])
     assert len(scenes) == 200
     for scene in scenes:
@@ -212,8 +212,8 @@ def test_every_kind_of_event_has_its_table(tmp_path: Path) -> None:
         Met: "meetings", Exchanged: "matings", EncounterOutcome: "outcomes", Fault: "faults", Born: "births",
         Died: "deaths", Lived: "lives", TurnedOver: "turnovers",
     }  # fmt: skip
-    told = [*EVENT_MESSAGES.values(), ended_without_encounter()]
-    rows = read(export(record(tmp_path / "t.sqlite", said(told)), tmp_path / "out"))
+    message = [*EVENT_MESSAGES.values(), ended_without_encounter()]
+    rows = read(export(record(tmp_path / "t.sqlite", said(message)), tmp_path / "out"))
     for event in EVENTS.values():
         assert rows[kinds[type(event)]][0]["tick"] == event.tick
     first, second = rows["outcomes"]
@@ -223,9 +223,9 @@ def test_every_kind_of_event_has_its_table(tmp_path: Path) -> None:
     assert rows["faults"][0]["what"] == "the arena is gone"
 
 
-def said(told: Sequence[EventMessage]) -> list[TelemetrySample]:
+def said(message: Sequence[EventMessage]) -> list[TelemetrySample]:
     keys = ColonyKeys("blue")
-    return [TelemetrySample("event", keys.event(t.robot), encode(t), t.unix_ms) for t in told]
+    return [TelemetrySample("event", keys.event(t.robot), encode(t), t.unix_ms) for t in message]
 
 
 def ended_without_encounter() -> EventMessage:
@@ -233,18 +233,20 @@ def ended_without_encounter() -> EventMessage:
     return EventMessage(INITIATOR.id, 3, len(EVENT_MESSAGES) + 1, 7, event)
 
 
-def test_what_is_heard_twice_is_exported_once(tmp_path: Path, heard: list[TelemetrySample]) -> None:
+def test_what_is_heard_twice_is_exported_once(
+    tmp_path: Path, sample: list[TelemetrySample]
+) -> None:
     """As an event that is told and then asked for; and what is malformed is not exported at all."""
     noise = [
-        TelemetrySample("event", heard[-1].key, b"\xc1", 7),
+        TelemetrySample("event", sample[-1].key, b"\xc1", 7),
         TelemetrySample("state", "nobody", b"", 7),
     ]
-    twice = [one for h in heard for one in ([h, h] if h.kind == "event" else [h])]
+    twice = [one for h in sample for one in ([h, h] if h.kind == "event" else [h])]
     rows = read(export(record(tmp_path / "t.sqlite", [*twice, *noise]), tmp_path / "out"))
-    told = told_in(heard)
+    message = told_in(sample)
     names = ("births", "deaths", "lives", "turnovers", "meetings", "matings")
-    assert sum(len(rows[name]) for name in names) == len(told)
-    assert len(rows["states"]) == sum(one.kind == "state" for one in heard)
+    assert sum(len(rows[name]) for name in names) == len(message)
+    assert len(rows["states"]) == sum(one.kind == "state" for one in sample)
 
 
 def test_numbers_that_fit_into_no_column_are_left_out(tmp_path: Path) -> None:
@@ -277,7 +279,7 @@ class TestRuns:
         digest = read_run(folder).history_hash
         (other / "run.json").write_text(text.replace(digest, "00" * 16))
         lines: list[str] = []
-        rows = read(export(other, tmp_path / "out", say=lines.append))
+        rows = read(export(other, tmp_path / "out", print_line=lines.append))
         assert len(lines) == 1
         assert lines[0].startswith(f"{other}: lived again it has another history")
         assert len(rows["births"]) == 4 * 4 * 4
@@ -288,7 +290,7 @@ class TestFailures:
     """A file that cannot be read, or a disk that is full, leaves what was there."""
 
     def test_what_cannot_be_read_leaves_nothing(
-        self, tmp_path: Path, heard: list[TelemetrySample]
+        self, tmp_path: Path, sample: list[TelemetrySample]
     ) -> None:
         """Not even an empty folder."""
         path = tmp_path / "t.sqlite"
@@ -300,10 +302,10 @@ class TestFailures:
         assert [one.name for one in tmp_path.iterdir()] == ["t.sqlite"]
 
     def test_a_full_disk_leaves_the_last_export(
-        self, tmp_path: Path, heard: list[TelemetrySample]
+        self, tmp_path: Path, sample: list[TelemetrySample]
     ) -> None:
         """Whole, in one line, and no drafts beside it."""
-        path = record(tmp_path / "t.sqlite", heard)
+        path = record(tmp_path / "t.sqlite", sample)
         out = tmp_path / "out"
         before = {file: file.read_bytes() for file in export(path, out)}
         script = (

@@ -32,7 +32,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def heard(folder: Path) -> list[TelemetrySample]:
+def sample(folder: Path) -> list[TelemetrySample]:
     """That run, lived again."""
     return list(resimulate(read_run(folder)))
 
@@ -51,101 +51,103 @@ def hash_of(events: list[Event]) -> str:
     return str(chain)
 
 
-def test_what_is_told_is_the_history_of_the_run(folder: Path, heard: list[TelemetrySample]) -> None:
+def test_what_is_told_is_the_history_of_the_run(
+    folder: Path, sample: list[TelemetrySample]
+) -> None:
     """Event by event, renamed back, and so its hash is that of the run."""
     past = read_run(folder)
-    events = history_in(heard, past.robots)
+    events = history_in(sample, past.robots)
     assert events == recorded(f"seed={SEED}").events
     assert hash_of(events) == past.history_hash
     assert list(read_history(past.history)) == events
 
 
 def test_robots_are_called_as_those_of_a_lockstep_colony(
-    folder: Path, heard: list[TelemetrySample]
+    folder: Path, sample: list[TelemetrySample]
 ) -> None:
     """Their ids follow from colony, seed and number; agents are named by them."""
     robots = [seeded("colony", SEED, number).id for number in range(4)]
     assert list(read_run(folder).robots) == robots
-    told = told_in(heard)
-    assert Counter(t.robot for t in told).keys() == set(robots)
-    lived = [t for t in told if isinstance(t.event, Lived)]
+    message = told_in(sample)
+    assert Counter(t.robot for t in message).keys() == set(robots)
+    lived = [t for t in message if isinstance(t.event, Lived)]
     assert lived
     assert all(t.event.agent.startswith(f"{t.robot.hex()}/") for t in lived)  # type: ignore[union-attr]
 
 
-def test_a_watcher_takes_all_of_it(folder: Path, heard: list[TelemetrySample]) -> None:
+def test_a_watcher_takes_all_of_it(folder: Path, sample: list[TelemetrySample]) -> None:
     """Nothing is malformed, late, missed or unknown, and every event is news once."""
-    watch = ColonyMonitor()
-    news = [one for h in heard for one in watch.handle_sample(h)]
-    assert (watch.malformed, watch.stale, watch.ignored) == (0, 0, 0)
-    assert [watched.missed for watched in watch.alive] == [0] * 4
-    assert len(news) == 5 + watch.samples["event"]
-    assert all(watched.metadata and len(watched.metadata.peers) == 3 for watched in watch.alive)
-    assert watch.arenas["arena"].metadata is not None
+    monitor = ColonyMonitor()
+    changes = [one for h in sample for one in monitor.handle_sample(h)]
+    assert (monitor.malformed, monitor.stale, monitor.ignored) == (0, 0, 0)
+    assert [status.missed for status in monitor.alive] == [0] * 4
+    assert len(changes) == 5 + monitor.samples["event"]
+    assert all(status.metadata and len(status.metadata.peers) == 3 for status in monitor.alive)
+    assert monitor.arenas["arena"].metadata is not None
 
 
 def test_scenes_are_shown_in_windows_only(folder: Path) -> None:
     """Every tick of the beginnings that are asked for, and no other; states are twice a second there."""
-    heard = list(resimulate(read_run(folder), Windows(frozenset({1}), 10.0)))
-    scenes = [decode_scene(one.data) for one in heard if one.kind == "scene"]
+    sample = list(resimulate(read_run(folder), Windows(frozenset({1}), 10.0)))
+    scenes = [decode_scene(one.data) for one in sample if one.kind == "scene"]
     begun = TICKS_OF_A_GENERATION
     assert [scene.tick for scene in scenes] == list(range(begun + 1, begun + 51))
     assert [scene.seq for scene in scenes] == list(range(1, 51))
     assert all(len(scene.robots) == 4 and len(scene.packs) == 8 for scene in scenes)
-    states = [decode_state(one.data) for one in heard if one.kind == "state"]
+    states = [decode_state(one.data) for one in sample if one.kind == "state"]
     ticks = sorted({state.tick for state in states})
     assert sum(begun < tick <= begun + 50 for tick in ticks) == 25
     assert len(ticks) < 25 + 3 * (1 + TICKS_OF_A_GENERATION // 300) + 2
 
 
 def test_first_and_last_generation_are_shown_without_being_asked_for(
-    heard: list[TelemetrySample],
+    sample: list[TelemetrySample],
 ) -> None:
     """Two minutes of each."""
-    ticks = [decode_scene(one.data).tick for one in heard if one.kind == "scene"]
+    ticks = [decode_scene(one.data).tick for one in sample if one.kind == "scene"]
     last = 2 * TICKS_OF_A_GENERATION
     assert ticks == [*range(1, 601), *range(last + 1, last + 601)]
 
 
-def test_states_add_up_to_the_events(heard: list[TelemetrySample]) -> None:
+def test_states_add_up_to_the_events(sample: list[TelemetrySample]) -> None:
     """Matings, conceptions and captures of the last state are those that were told."""
     last: dict[bytes, RobotState] = {}
-    for one in heard:
+    for one in sample:
         if one.kind == "state":
             state = decode_state(one.data)
             last[state.robot] = state
-    told = told_in(heard)
+    message = told_in(sample)
     assert all(state.matings > 0 for state in last.values())
     assert sum(state.captures for state in last.values()) > 0
     for robot, state in last.items():
-        own = [t.event for t in told if t.robot == robot]
+        own = [t.event for t in message if t.robot == robot]
         exchanged = [event for event in own if isinstance(event, Exchanged)]
         lives = [event for event in own if isinstance(event, Lived)]
         assert state.generation == 3
         assert state.seq == len(own)
         assert state.matings == len(exchanged)
         assert state.conceptions == sum(event.conceived for event in exchanged)
-        assert state.captures == sum(life.captures for life in lives)
+        assert state.captures == sum(incarnation.captures for incarnation in lives)
 
 
 def test_time_goes_on_evenly_from_when_the_run_began(
-    folder: Path, heard: list[TelemetrySample]
+    folder: Path, sample: list[TelemetrySample]
 ) -> None:
     """Everything is heard at its tick, in order."""
     start_ms = read_run(folder).start_unix_ms
-    times = [one.unix_ms for one in heard]
+    times = [one.unix_ms for one in sample]
     assert times == sorted(times)
-    for one in heard:
+    for one in sample:
         if one.kind == "scene":
             scene = decode_scene(one.data)
             assert one.unix_ms == scene.unix_ms == start_ms + 200 * scene.tick
 
 
 def test_the_same_run_is_heard_as_the_same_bytes(
-    folder: Path, heard: list[TelemetrySample]
+    folder: Path, sample: list[TelemetrySample]
 ) -> None:
     """However often it is lived again."""
-    assert list(resimulate(read_run(folder))) == heard
+    assert list(resimulate(read_run(folder))) == sample
 
 
 @pytest.mark.parametrize("config", [small("selection=central"), small("robots=3", "seed=5")])
@@ -171,11 +173,11 @@ def test_a_run_that_comes_out_otherwise_is_said_in_the_end(tmp_path: Path, folde
     """As one of another version of the code would."""
     copy = tmp_path / "other"
     shutil.copytree(folder, copy)
-    told = json.loads((copy / "run.json").read_text())
-    (copy / "run.json").write_text(json.dumps({**told, "history_hash": "00" * 16}))
-    heard = resimulate(read_run(copy))
+    message = json.loads((copy / "run.json").read_text())
+    (copy / "run.json").write_text(json.dumps({**message, "history_hash": "00" * 16}))
+    sample = resimulate(read_run(copy))
     with pytest.raises(HistoryDiffersError, match=f"{copy}: lived again"):
-        for _ in heard:
+        for _ in sample:
             pass
 
 
@@ -191,28 +193,28 @@ class TestHistory:
     def launch(tmp_path: Path, folder: Path, colony: str) -> Path:
         copy = tmp_path / "launched"
         shutil.copytree(folder, copy)
-        told = json.loads((copy / "run.json").read_text())
+        message = json.loads((copy / "run.json").read_text())
         robots = [seeded(colony, SEED, number).id.hex() for number in range(4)]
         keys = ("status", "generations", "history_hash")
         (copy / "run.json").write_text(
-            json.dumps({**{key: told[key] for key in keys}, "robots": robots})
+            json.dumps({**{key: message[key] for key in keys}, "robots": robots})
         )
         return copy
 
     def test_its_events_are_told_by_its_own_robots(self, launched: Path) -> None:
         """All of them, and a state at every turnover; nobody says where they were."""
         past = read_run(launched)
-        heard = list(samples_of(launched))
-        assert hash_of(history_in(heard, past.robots)) == past.history_hash
-        counts = Counter(one.kind for one in heard)
+        sample = list(samples_of(launched))
+        assert hash_of(history_in(sample, past.robots)) == past.history_hash
+        counts = Counter(one.kind for one in sample)
         assert (counts["alive"], counts["metadata"], counts["scene"]) == (5, 5, 0)
-        states = [decode_state(one.data) for one in heard if one.kind == "state"]
+        states = [decode_state(one.data) for one in sample if one.kind == "state"]
         assert [state.generation for state in states] == [g for g in range(4) for _ in range(4)]
-        watch = ColonyMonitor()
-        for one in heard:
-            watch.handle_sample(one)
-        assert (watch.malformed, watch.stale) == (0, 0)
-        assert [watched.missed for watched in watch.alive] == [0] * 4
+        monitor = ColonyMonitor()
+        for one in sample:
+            monitor.handle_sample(one)
+        assert (monitor.malformed, monitor.stale) == (0, 0)
+        assert [status.missed for status in monitor.alive] == [0] * 4
 
     def test_it_is_not_lived_again(self, launched: Path) -> None:
         """Its robots are not those that the config makes."""
@@ -226,18 +228,18 @@ class TestHistory:
 
     def test_events_of_robots_without_ids_are_left_out(self, launched: Path) -> None:
         """As of one whose memory is elsewhere."""
-        told = json.loads((launched / "run.json").read_text())
-        (launched / "run.json").write_text(json.dumps({**told, "robots": told["robots"][:2]}))
+        message = json.loads((launched / "run.json").read_text())
+        (launched / "run.json").write_text(json.dumps({**message, "robots": message["robots"][:2]}))
         past = read_run(launched)
         told_of = {t.robot for t in told_in(from_history(past))}
         assert told_of == set(past.robots)
 
 
 def test_what_robots_are_like_is_known_without_living(
-    folder: Path, heard: list[TelemetrySample]
+    folder: Path, sample: list[TelemetrySample]
 ) -> None:
     """The same answers as in the whole."""
-    assert list(metadata_samples_of(folder)) == [one for one in heard if one.kind == "metadata"]
+    assert list(metadata_samples_of(folder)) == [one for one in sample if one.kind == "metadata"]
 
 
 @pytest.mark.parametrize(

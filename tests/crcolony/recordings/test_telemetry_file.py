@@ -50,9 +50,9 @@ def event(number: int, size: int = 10) -> TelemetrySample:
     return TelemetrySample("event", f"key/{number}", bytes([number % 256]) * size, NOW_MS + number)
 
 
-def record(path: Path, *heard: TelemetrySample) -> None:
+def record(path: Path, *sample: TelemetrySample) -> None:
     file = TelemetryFile.open(path)
-    for one in heard:
+    for one in sample:
         file.add(one)
     assert file.close() is None
 
@@ -64,15 +64,15 @@ def test_what_is_heard_is_read_in_order(portions: list[list[TelemetrySample]]) -
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "telemetry.sqlite"
         file = TelemetryFile.open(path)
-        heard: list[TelemetrySample] = []
+        sample: list[TelemetrySample] = []
         for portion in portions:
             for one in portion:
                 file.add(one)
-            heard += portion
+            sample += portion
             assert file.commit() is None
-            assert list(read_samples(path)) == heard
+            assert list(read_samples(path)) == sample
         assert file.close() is None
-        assert list(read_samples(path)) == heard
+        assert list(read_samples(path)) == sample
         assert os.listdir(folder) == [path.name]
 
 

@@ -35,11 +35,11 @@ def encountered(
     own, partner = Offer(f"{ME.id.hex()}/0", GENES), Offer(f"{PEER.id.hex()}/{count}", GENES)
     if role == "initiator":
         encounter = Encounter(ME.id, PEER.id, 1, count)
-        letter = sign_message(Accept(encounter, NONCE, DIGEST, *offered(partner)), colony, PEER)
+        envelope = sign_message(Accept(encounter, NONCE, DIGEST, *offered(partner)), colony, PEER)
     else:
         encounter = Encounter(PEER.id, ME.id, 1, count)
-        letter = sign_message(Propose(encounter, NONCE, DIGEST, *offered(partner)), colony, PEER)
-    return EncounterRecord(encounter, role, state, NONCE, TICK, own, partner, letter)
+        envelope = sign_message(Propose(encounter, NONCE, DIGEST, *offered(partner)), colony, PEER)
+    return EncounterRecord(encounter, role, state, NONCE, TICK, own, partner, envelope)
 
 
 def offered(offer: Offer) -> tuple[str, bytes]:
@@ -57,7 +57,7 @@ def birth(number: int, generation: int, mother: int | None, father: str | None) 
 
 
 @pytest.fixture
-def memory(tmp_path: Path) -> Path:
+def stored(tmp_path: Path) -> Path:
     """Return a memory of two matings (one offspring), a doubt, an abortion, two generations and a pool of one."""
     path = tmp_path / "robot.sqlite"
     store = RobotStore(path, ME.id, DIGEST, durable=False)
@@ -79,17 +79,17 @@ def memory(tmp_path: Path) -> Path:
     return path
 
 
-def table(capsys: pytest.CaptureFixture[str], memory: Path, name: str) -> list[dict[str, str]]:
-    inspect_memory(memory, name)
+def table(capsys: pytest.CaptureFixture[str], stored: Path, name: str) -> list[dict[str, str]]:
+    inspect_memory(stored, name)
     return list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
 
 
 def test_words_tell_whose_memory_it_is_and_how_it_mated(
-    memory: Path, capsys: pytest.CaptureFixture[str]
+    stored: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Robot, life, generation, tick, encounters by outcome, matings by partner, pool, doubts, letters and lineage."""
-    inspect_memory(memory, None)
-    told = capsys.readouterr().out
+    inspect_memory(stored, None)
+    message = capsys.readouterr().out
     peer = PEER.id.hex()[:8]
     for words in (
         f"memory of robot {ME.id.hex()}",
@@ -104,7 +104,7 @@ def test_words_tell_whose_memory_it_is_and_how_it_mated(
         "partners' letters: 4 of 4 signed for colony colony",
         f"  {ME.id.hex()[:8]}/1 ← {ME.id.hex()[:8]}/0 × {peer}/1",
     ):
-        assert words in told
+        assert words in message
 
 
 def test_a_new_memory_is_told_in_words(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -112,16 +112,16 @@ def test_a_new_memory_is_told_in_words(tmp_path: Path, capsys: pytest.CaptureFix
     path = tmp_path / "robot.sqlite"
     RobotStore(path, ME.id, DIGEST, durable=False).close()
     inspect_memory(path, None)
-    told = capsys.readouterr().out
-    assert "nothing saved yet" in told
-    assert "nobody is born yet" in told
+    message = capsys.readouterr().out
+    assert "nothing saved yet" in message
+    assert "nobody is born yet" in message
 
 
 def test_the_table_of_matings_names_genes_and_tells_whether_letters_are_genuine(
-    memory: Path, capsys: pytest.CaptureFixture[str]
+    stored: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A row for each encounter, with the offspring's genes in columns of their names."""
-    rows = table(capsys, memory, "matings")
+    rows = table(capsys, stored, "matings")
     assert [row["state"] for row in rows] == ["mated", "mated", "prepared", "aborted"]
     assert [row["conceived"] for row in rows] == ["1", "0", "", ""]
     assert {row["letter"] for row in rows} == {"signed"}
@@ -147,17 +147,17 @@ def test_letters_are_judged_by_the_colony_that_the_memory_names(
 
 
 def test_tables_of_births_lives_and_pool_hold_what_the_memory_holds(
-    memory: Path, capsys: pytest.CaptureFixture[str]
+    stored: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Every birth with its genes, every life with its figures, every waiting offspring with its parents."""
-    births = table(capsys, memory, "births")
+    births = table(capsys, stored, "births")
     assert [row["generation"] for row in births] == ["0", "1"]
     assert births[1]["father"] == f"{PEER.id.hex()}/1"
-    (life,) = table(capsys, memory, "lives")
-    assert (life["steps"], life["energy"], life["captures"], life["matings"]) == (
+    (incarnation,) = table(capsys, stored, "lives")
+    assert (incarnation["steps"], incarnation["energy"], incarnation["captures"], incarnation["matings"]) == (
         "300", "0.25", "4", "2",
     )  # fmt: skip
-    (child,) = table(capsys, memory, "pool")
+    (child,) = table(capsys, stored, "pool")
     assert child["step"] == "7"
     assert float(child["foraging.alpha"]) == np.frombuffer(GENES)[SCHEMA.index("foraging.alpha")]
 

@@ -55,10 +55,10 @@ def test_a_folder_holds_config_versions_seed_history_and_a_table(tmp_path: Path)
     colony.start()
     live(colony)
     assert load(results.folder / "config.toml") == config
-    told = json.loads((results.folder / "run.json").read_text())
-    assert told["history_hash"] == str(recorder.hash)
-    assert (told["status"], told["generations"], told["seed"]) == ("done", 3, 7)
-    assert told["versions"]["numpy"] == np.__version__
+    message = json.loads((results.folder / "run.json").read_text())
+    assert message["history_hash"] == str(recorder.hash)
+    assert (message["status"], message["generations"], message["seed"]) == ("done", 3, 7)
+    assert message["versions"]["numpy"] == np.__version__
     for kind, table in TABLES.items():
         events = [event for event in recorder.events if type(event) is kind]
         rows = [msgspec.structs.astuple(event) for event in events]
@@ -76,9 +76,9 @@ def test_a_run_that_was_stopped_and_resumed_is_the_run_that_was_not(tmp_path: Pa
     config = small("life.agents=40", "generations=2")
     whole = run(tmp_path / "whole", config)
     run(tmp_path / "parts", config, stop_after=1)
-    told = json.loads((tmp_path / "parts" / "run.json").read_text())
-    assert told["status"] == "stopped"
-    assert told["generations"] == 0
+    message = json.loads((tmp_path / "parts" / "run.json").read_text())
+    assert message["status"] == "stopped"
+    assert message["generations"] == 0
     results, colony = resume_run(tmp_path / "parts")
     assert colony.tick > 0
     go_on(results, colony)

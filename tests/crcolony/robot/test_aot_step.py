@@ -23,9 +23,9 @@ def assert_equal(one: Robots, other: Robots) -> None:
 
 def test_it_lives_the_same_life() -> None:
     """Over whole generations, in any row of a batch, with hand-overs and turnovers."""
-    one, habits, robots = new_robots(3)
+    one, parameters, robots = new_robots(3)
     other, _, others = new_robots(3)
-    step = load_step(one, habits)
+    step = load_step(one, parameters)
     action, expected = np.zeros(contract.ACTION_WIDTH), np.zeros(contract.ACTION_WIDTH)
     for robot in (*robots, *others):
         robot.start()
@@ -34,7 +34,7 @@ def test_it_lives_the_same_life() -> None:
         row = int(rng.integers(3))
         seen = observation(rng)
         step(row, seen, action)
-        step_robot(other, habits, row, seen, expected)
+        step_robot(other, parameters, row, seen, expected)
         assert np.array_equal(action, expected)
         if other.events[row] & SLICE_OVER:
             for robot in (robots[row], others[row]):
@@ -50,8 +50,8 @@ def test_a_robot_with_another_body_steps_by_its_habits() -> None:
     seen = observation(np.random.default_rng(3))
     seen[contract.FACE] = seen[contract.PACK] = 0.0
     robot.step(seen)
-    _, habits, _ = new_robots(1)
-    robot.set_parameters(habits._replace(action_ttl_s=7.0))
+    _, parameters, _ = new_robots(1)
+    robot.set_parameters(parameters._replace(action_ttl_s=7.0))
     assert robot.step(seen)[contract.TTL] == 7.0
 
 

@@ -54,8 +54,8 @@ def test_a_third_module_is_one_more_row() -> None:
     learning, life = Learning(), Life(agents=2, slice_steps=500)
     schema = agent_schema(learning, Heredity(), modules)
     assert len(schema) == 2 * 5 + 3 * module_genes(learning)
-    habits = step_parameters(learning, life, CyberRodent(), modules)
-    robots: Robots = empty_robots(1, habits, 2, len(schema), 1)
+    parameters = step_parameters(learning, life, CyberRodent(), modules)
+    robots: Robots = empty_robots(1, parameters, 2, len(schema), 1)
     robots.genotypes[0] = schema.random(np.random.default_rng(2))
     robots.genotypes[0, :, schema.index("selector.following.bias")] = 5.0
     robots.energies[:] = 1.0
@@ -63,7 +63,7 @@ def test_a_third_module_is_one_more_row() -> None:
     rng = np.random.default_rng(3)
     action = np.zeros(contract.ACTION_WIDTH)
     for _ in range(60):
-        step_robot(robots, habits, 0, observation(rng), action)
+        step_robot(robots, parameters, 0, observation(rng), action)
     assert robots.module[0] == 2
     assert action[contract.LED : contract.LED + 3].tolist() == [0.0, 0.0, 1.0]
     assert np.abs(robots.weights[0, 0, 2]).max() > 0.0
@@ -82,8 +82,8 @@ def test_actions_are_all_pairs_of_a_speed_and_a_turn_as_wheel_speeds() -> None:
 
 def test_robots_have_streams_of_their_own() -> None:
     """No two of the same colony or of two seeds draw the same numbers, and one seed gives the same."""
-    habits = step_parameters(Learning(), Life(), CyberRodent())
-    one, same, other = (empty_robots(50, habits, 1, 1, seed).streams for seed in (1, 1, 2))
+    parameters = step_parameters(Learning(), Life(), CyberRodent())
+    one, same, other = (empty_robots(50, parameters, 1, 1, seed).streams for seed in (1, 1, 2))
     assert np.array_equal(one, same)
     assert np.unique(np.concatenate([one, other])[:, 0]).size == 100
 

@@ -63,7 +63,7 @@ def step_all(robots: list[Robot], rows: np.ndarray) -> np.ndarray:
 def test_a_batch_of_n_is_n_batches_of_one() -> None:
     """Bit for bit: actions, events, weights, randomness."""
     count = 4
-    batch, habits, robots = new_robots(count)
+    batch, parameters, robots = new_robots(count)
     singles = []
     for row, robot in enumerate(robots):
         robot.start()
@@ -76,7 +76,7 @@ def test_a_batch_of_n_is_n_batches_of_one() -> None:
     actions = np.zeros((count, contract.ACTION_WIDTH))
     for _ in range(200):
         rows = np.array([observation(rng) for _ in range(count)])
-        step_robots(batch, habits, rows, actions)
+        step_robots(batch, parameters, rows, actions)
         alone_actions = step_all([alone for _, alone in singles], rows)
         assert np.array_equal(actions, alone_actions)
         for row, (_single, alone) in enumerate(singles):

@@ -113,8 +113,8 @@ def look(folder: Path, copy: Copy, main: bytes, log: bytes) -> Seen | None:
     assert error.startswith(f"{path}: ")
     assert "\n" not in error
     with contextlib.suppress(StorageError):  # what cannot be written may still be good to read
-        memory = read_stored_robot(path)
-        read = (tuple(memory.matings), tuple(memory.events), memory.tick)
+        stored = read_stored_robot(path)
+        read = (tuple(stored.matings), tuple(stored.events), stored.tick)
         assert read in {(state.matings, state.events, state.tick) for state in copy.states}
     return None
 

@@ -60,7 +60,7 @@ def test_what_is_written_is_read_as_it_was(tmp_path: Path) -> None:
     """Records with and without partner, decisions, events and the whole robot, by the robot and by anybody else."""
     path = tmp_path / "robot.sqlite"
     store = open_store(path, durable=True)
-    life = store.begin_incarnation(1000)
+    incarnation = store.begin_incarnation(1000)
     alone = replace(answered(1), partner=None, proof=b"", orphaned=True)
     store.write([alone])
     mated = mate(store, 2)
@@ -70,14 +70,14 @@ def test_what_is_written_is_read_as_it_was(tmp_path: Path) -> None:
     saved, tick = store.load() or ({}, 0)
     assert tick == 30
     np.testing.assert_array_equal(saved["arrays"]["weights"], robot(3)["arrays"]["weights"])
-    memory = read_stored_robot(path)
+    stored = read_stored_robot(path)
     store.close()
-    assert (memory.robot, memory.incarnation, memory.schema) == (ME, life, SCHEMA)
-    assert memory.matings == [(alone, None), (mated, decision(2))]
-    assert memory.events == events(3)
-    assert (memory.tick, memory.generation) == (30, 3)
-    assert memory.taken is not None
-    (offspring,) = memory.pool
+    assert (stored.robot, stored.incarnation, stored.schema) == (ME, incarnation, SCHEMA)
+    assert stored.matings == [(alone, None), (mated, decision(2))]
+    assert stored.events == events(3)
+    assert (stored.tick, stored.generation) == (30, 3)
+    assert stored.taken is not None
+    (offspring,) = stored.pool
     assert (offspring.genes.tolist(), offspring.mother, offspring.step) == ([3.0, 3.0], "me/1", 3)
 
 
@@ -531,9 +531,9 @@ class AgainstAModel(RuleBasedStateMachine):
     @rule()
     def save(self) -> None:
         self.number += 1
-        told = self.snapshots[-1][2] if self.snapshots else []
+        message = self.snapshots[-1][2] if self.snapshots else []
         self.store.save(robot(self.number), events(self.number), tick=self.number)
-        saved = (self.number, len(self.decisions), told + events(self.number))
+        saved = (self.number, len(self.decisions), message + events(self.number))
         self.snapshots = [*self.snapshots[-1:], saved]
 
     @rule()
@@ -564,9 +564,9 @@ class AgainstAModel(RuleBasedStateMachine):
     @invariant()
     def they_are_equal(self) -> None:
         seen = see(self.store)
-        number, decided, told = self.snapshots[-1] if self.snapshots else (None, 0, [])
+        number, decided, message = self.snapshots[-1] if self.snapshots else (None, 0, [])
         assert seen.tick == number
-        assert list(seen.events) == told
+        assert list(seen.events) == message
         known = [(record, self.decisions.get(e)) for e, record in self.records.items()]
         assert list(seen.matings) == known
         late = list(self.decisions.items())[decided:]

@@ -21,18 +21,18 @@ def arena(text: str) -> ArenaMetadata:
 
 def test_a_robot_says_how_its_genes_are_read() -> None:
     """And much that nobody here needs."""
-    told = json.loads(SETTINGS) | {"life": {"agents": 20}}
-    told["body"]["camera_range_m"] = 0.75
-    assert PeerSettings().of_robot(robot(json.dumps(told))) == Mind(
+    message = json.loads(SETTINGS) | {"life": {"agents": 20}}
+    message["body"]["camera_range_m"] = 0.75
+    assert PeerSettings().of_robot(robot(json.dumps(message))) == Mind(
         CyberRodent(camera_range_m=0.75), Learning(), Heredity()
     )
 
 
 def test_an_arena_says_what_its_bodies_are_like() -> None:
     """Whether or not it says anything else."""
-    told = {"body": {"camera_half_angle_rad": 0.5}}
+    message = {"body": {"camera_half_angle_rad": 0.5}}
     assert PeerSettings().of_arena(arena(NATURE)) == CyberRodent()
-    assert PeerSettings().of_arena(arena(json.dumps(told))) == CyberRodent(
+    assert PeerSettings().of_arena(arena(json.dumps(message))) == CyberRodent(
         camera_half_angle_rad=0.5
     )
 

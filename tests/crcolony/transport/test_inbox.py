@@ -24,26 +24,26 @@ def mail(number: int, size: int = 8) -> EnvelopeReceived:
 def all_in(inbox: Inbox) -> list[InboundEvent]:
     """Return all that waits, in the order in which it is looked at."""
     waiting = []
-    while (arrival := inbox.get(0.0)) is not None:
-        waiting.append(arrival)
+    while (event := inbox.get(0.0)) is not None:
+        waiting.append(event)
     return waiting
 
 
 def test_an_observation_is_looked_at_before_letters_that_came_earlier() -> None:
     """So that no flood of letters makes a control step late."""
     inbox = Inbox()
-    for arrival in (mail(1), mail(2), OBSERVED):
-        inbox.deliver(arrival)
+    for event in (mail(1), mail(2), OBSERVED):
+        inbox.deliver(event)
     assert all_in(inbox) == [OBSERVED, mail(1), mail(2)]
 
 
 def test_letters_and_presence_keep_their_order() -> None:
     """What a robot said before it left is looked at before its leaving."""
     inbox = Inbox()
-    arrivals: list[InboundEvent] = [SEEN, mail(1), GONE, mail(2)]
-    for arrival in arrivals:
-        inbox.deliver(arrival)
-    assert all_in(inbox) == arrivals
+    inbound: list[InboundEvent] = [SEEN, mail(1), GONE, mail(2)]
+    for event in inbound:
+        inbox.deliver(event)
+    assert all_in(inbox) == inbound
 
 
 def test_letters_beyond_the_limit_are_dropped_and_counted_but_presence_never() -> None:
@@ -112,9 +112,9 @@ def test_no_letter_is_missed_whatever_the_order_of_threads() -> None:
     for thread in threads:
         thread.start()
     while len(got) < 8000:
-        arrival = inbox.get(10.0)
-        if arrival is not None:
-            got.append(arrival)
+        event = inbox.get(10.0)
+        if event is not None:
+            got.append(event)
             if len(got) % 50 == 0:
                 taken.release()
     for thread in threads:

@@ -70,8 +70,8 @@ def test_embodying_everybody_at_the_start_is_an_arena_with_everybody() -> None:
         body=EVERYTHING,
     )
     filled = empty_arena(6, senses=EVERYTHING)
-    for place in (3, 0, 5, 1, 2, 4):
-        filled.embody(place, 0)
+    for slot in (3, 0, 5, 1, 2, 4):
+        filled.embody(slot, 0)
     expected = live(whole, 200, np.random.default_rng(5))
     assert np.array_equal(live(filled, 200, np.random.default_rng(5)), expected)
     for one, other in zip(whole.save().values(), filled.save().values(), strict=True):
@@ -183,8 +183,8 @@ def test_a_removed_body_leaves_its_pack_behind_and_comes_back_fresh() -> None:
 def test_nobody_hears_of_an_encounter_with_a_body_that_was_removed() -> None:
     """Not even later, where observations have a latency: somebody else may be in its place by then."""
     arena = empty_arena(3, senses={"observation_latency_steps": 2})
-    for place in range(3):
-        arena.embody(place, 0)
+    for slot in range(3):
+        arena.embody(slot, 0)
     put(arena, [(0.0, 0.0, 0.0), (0.4, 0.0, np.pi), (-0.6, -0.6, 0.0)])
     arena.world.actions[:, contract.BEACON] = 1.0
     report_encounters(arena.world)

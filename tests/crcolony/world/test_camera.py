@@ -168,17 +168,17 @@ def test_sound_fades_with_distance_and_is_louder_at_the_nearer_ear() -> None:
     """Silence is 0, and so is what is out of earshot."""
     arena = new_arena(2, body={"microphones": True})
 
-    def heard(x: float, y: float, loudness: float = 1.0) -> list[float]:
+    def sample(x: float, y: float, loudness: float = 1.0) -> list[float]:
         put(arena, [(0.0, 0.0, 0.0), (x, y, 0.0)])
         arena.world.actions[1, contract.SPEAKER] = loudness
         left, right = arena.observe()[0, contract.MICROPHONES : contract.MICROPHONES + 2]
         return [float(left), float(right)]
 
-    assert heard(1.0, 0.0, 0.0) == [0.0, 0.0]
-    assert heard(1.6, 0.0) == [0.0, 0.0]
-    left, right = heard(0.0, 0.6)
+    assert sample(1.0, 0.0, 0.0) == [0.0, 0.0]
+    assert sample(1.6, 0.0) == [0.0, 0.0]
+    left, right = sample(0.0, 0.6)
     assert left > right > 0.0
-    assert heard(0.0, -0.6) == pytest.approx([right, left])
-    ahead = heard(0.6, 0.0)
-    assert ahead[0] == ahead[1] > heard(1.2, 0.0)[0] > 0.0
-    assert heard(0.6, 0.0, 0.5)[0] == pytest.approx(0.5 * ahead[0])
+    assert sample(0.0, -0.6) == pytest.approx([right, left])
+    ahead = sample(0.6, 0.0)
+    assert ahead[0] == ahead[1] > sample(1.2, 0.0)[0] > 0.0
+    assert sample(0.6, 0.0, 0.5)[0] == pytest.approx(0.5 * ahead[0])

@@ -29,8 +29,8 @@ GENES = [SCHEMA.random(RNG) for _ in range(200)]
 def show() -> Show:
     """Two robots that have told how their genes are read."""
     show = Show(EvolutionTab())
-    show.heard.join(0, 1, generation=0)
-    show.heard.about(0, 1)
+    show.sample.join(0, 1, generation=0)
+    show.sample.about(0, 1)
     return show
 
 
@@ -39,17 +39,17 @@ def live(show: Show, number: int, agents: int = 3, robots: tuple[int, ...] = (0,
     for robot in robots:
         names = [agent(robot, 100 * number + k) for k in range(agents)]
         for k, name in enumerate(names):
-            show.heard.tell(robot, born(name, number, list(GENES[(robot + 2 * k) % len(GENES)])))
+            show.sample.tell(robot, born(name, number, list(GENES[(robot + 2 * k) % len(GENES)])))
         for k, name in enumerate(names):
-            show.heard.tell(robot, lived(name, number, matings=robot + k, captures=10 * k))
+            show.sample.tell(robot, lived(name, number, matings=robot + k, captures=10 * k))
         child = agent(robot, 100 * (number + 1))
-        show.heard.tell(robot, born(child, number + 1, list(GENES[7])))
-        show.heard.state(robot, generation=number + 1, agent=child)
-    show.heard.pass_s(0.5)
+        show.sample.tell(robot, born(child, number + 1, list(GENES[7])))
+        show.sample.state(robot, generation=number + 1, agent=child)
+    show.sample.pass_s(0.5)
 
 
-def drawn(stage: RecordingStage, path: str) -> list[Drawing]:
-    return [drawing for drawing in stage.drawings if drawing.path == path]
+def drawn(streams: RecordingStage, path: str) -> list[Drawing]:
+    return [drawing for drawing in streams.drawings if drawing.path == path]
 
 
 class TestMeasures:
@@ -59,52 +59,52 @@ class TestMeasures:
         """When it is over, with mean and variance of all its agents."""
         assert "/evolution/matings/blue" not in show.draw(1.0).paths()
         live(show, 0)
-        stage = show.draw(1.0)
-        assert stage.times("/evolution/matings/blue") == 1
-        assert stage.shown("/evolution/matings/blue", "values") == [1.5]
-        assert stage.shown("/evolution/matings/blue", "variances") == pytest.approx([11 / 12])
-        assert stage.shown("/evolution/captures/blue", "values") == [10.0]
-        assert stage.shown("/evolution/conceptions/blue", "values") == [0.0]
-        ends = stage.scalars("/evolution/matings/blue_ends")
+        streams = show.draw(1.0)
+        assert streams.times("/evolution/matings/blue") == 1
+        assert streams.shown("/evolution/matings/blue", "values") == [1.5]
+        assert streams.shown("/evolution/matings/blue", "variances") == pytest.approx([11 / 12])
+        assert streams.shown("/evolution/captures/blue", "values") == [10.0]
+        assert streams.shown("/evolution/conceptions/blue", "values") == [0.0]
+        ends = streams.scalars("/evolution/matings/blue_ends")
         assert ends == [pytest.approx([1.5 - (11 / 12) ** 0.5, 1.5 + (11 / 12) ** 0.5])]
         for _ in range(30):
             assert not any("matings" in path or "genes" in path for path in show.draw(1.0).paths())
 
     def test_it_stands_where_it_ended(self, show: Show) -> None:
         """On every timeline; whoever hears of it later draws it there all the same."""
-        show.heard.scene((0, 0.0, 0.0), tick=9_000)
+        show.sample.scene((0, 0.0, 0.0), tick=9_000)
         for robot in (0, 1):
             for number in (0, 1):
                 name = agent(robot, number)
-                life = lived(name, number, tick=5_000 + 100 * number)
-                show.heard.tell(robot, life, told_s=T - 300.0 + number)
-                show.heard.tell(robot, born(agent(robot, 9 + number), number + 1))
-            show.heard.state(robot, generation=2)
-        show.heard.pass_s(0.5)
+                incarnation = lived(name, number, tick=5_000 + 100 * number)
+                show.sample.tell(robot, incarnation, told_s=T - 300.0 + number)
+                show.sample.tell(robot, born(agent(robot, 9 + number), number + 1))
+            show.sample.state(robot, generation=2)
+        show.sample.pass_s(0.5)
         moments = [drawing.moment for drawing in drawn(show.draw(1.0), "/evolution/matings/blue")]
         assert moments == [Moment(T - 300.0, 1_000.0, 0), Moment(T - 299.0, 1_020.0, 1)]
 
     @pytest.mark.parametrize(("tick", "sim_s"), [(2**60, 20.0), (50, 10.0), (-7, 0.0)])
     def test_no_generation_ends_in_the_future(self, show: Show, tick: int, sim_s: float) -> None:
         """Nor before the beginning, whatever a robot's clock says."""
-        show.heard.scene(tick=100)
-        show.heard.tell(0, lived(agent(0, 0), tick=tick), told_s=T + 1e9)
-        show.heard.state(0, 1, generation=1)
-        stage = show.draw(20.0)
-        (drawing,) = drawn(stage, "/evolution/matings/blue")
-        assert drawing.moment == Moment(show.heard.at_s, sim_s, 0)
+        show.sample.scene(tick=100)
+        show.sample.tell(0, lived(agent(0, 0), tick=tick), told_s=T + 1e9)
+        show.sample.state(0, 1, generation=1)
+        streams = show.draw(20.0)
+        (drawing,) = drawn(streams, "/evolution/matings/blue")
+        assert drawing.moment == Moment(show.sample.at_s, sim_s, 0)
 
     def test_colonies_have_colours_of_their_own(self, show: Show) -> None:
         """Which they keep when others come whose names are before theirs."""
         live(show, 0)
         blue = show.draw(1.0).colours("/evolution/matings/blue")
-        show.heard.join(2, colony="ash", generation=1)
-        show.heard.tell(2, lived(agent(2, 0)), colony="ash")
+        show.sample.join(2, colony="ash", generation=1)
+        show.sample.tell(2, lived(agent(2, 0)), colony="ash")
         live(show, 1)
         show.draw(1.0)
-        stage = show.draw(12.0)
-        assert stage.colours("/evolution/matings/ash") == [palette.series_colour(1)]
-        assert stage.colours("/evolution/matings/blue") == blue == [palette.series_colour(0)]
+        streams = show.draw(12.0)
+        assert streams.colours("/evolution/matings/ash") == [palette.series_colour(1)]
+        assert streams.colours("/evolution/matings/blue") == blue == [palette.series_colour(0)]
 
 
 class TestGenes:
@@ -113,17 +113,17 @@ class TestGenes:
     def test_clouds_and_medians_are_of_the_genes(self, show: Show) -> None:
         """Every agent a point, of a few; lines are named once."""
         live(show, 0)
-        stage = show.draw(1.0)
+        streams = show.draw(1.0)
         for module in ("foraging", "mating"):
             for meta in META_PARAMETERS:
                 place = SCHEMA.index(f"{module}.{meta}")
                 path = f"/evolution/genes/{module}/{meta}/blue"
                 values = [GENES[(robot + 2 * k) % 200][place] for robot in (0, 1) for k in range(3)]
-                (points,) = stage.scalars(path)
+                (points,) = streams.scalars(path)
                 assert len(points) == 60
                 assert sorted(point for point in points if not math.isnan(point)) == sorted(values)
-                assert stage.scalars(f"{path}_median") == [[pytest.approx(np.median(values))]]
-        assert any(drawing.is_static for drawing in stage.drawings)
+                assert streams.scalars(f"{path}_median") == [[pytest.approx(np.median(values))]]
+        assert any(drawing.is_static for drawing in streams.drawings)
         live(show, 1)
         assert not any(drawing.is_static for drawing in show.draw(1.0).drawings)
 
@@ -144,16 +144,16 @@ class TestGenes:
         """As long as no robot has said how they are read, or it has others, measures stand alone."""
         other = json.loads(SETTINGS)
         other["learning"]["potential_distances"] = 3
-        for told in (None, json.dumps(other)):
+        for message in (None, json.dumps(other)):
             show = Show(EvolutionTab())
-            show.heard.join(0, generation=0)
-            if told is not None:
-                show.heard.about(0, settings=told)
+            show.sample.join(0, generation=0)
+            if message is not None:
+                show.sample.about(0, settings=message)
             live(show, 0, robots=(0,))
-            stage = show.draw(1.0)
-            assert stage.entities("/evolution/matings/") == ["blue", "blue_ends"]
-            assert stage.entities("/evolution/genes/") == []
-            assert stage.entities("/evolution/potential/") == []
+            streams = show.draw(1.0)
+            assert streams.entities("/evolution/matings/") == ["blue", "blue_ends"]
+            assert streams.entities("/evolution/genes/") == []
+            assert streams.entities("/evolution/potential/") == []
 
 
 def mind(distances: int, bearings: int, range_m: float, half_angle_rad: float) -> Mind:
@@ -197,21 +197,21 @@ class TestAgent:
     def test_the_best_is_drawn_when_it_is_another(self, show: Show) -> None:
         """Its potentials, far above near, and in words; not again as long as it is the same."""
         live(show, 0)
-        stage = show.draw(1.0)
+        streams = show.draw(1.0)
         best = GENES[(1 + 2 * 2) % 200]
         weights = best[4 + 5 : 4 + 5 + 16].reshape(4, 4)
-        picture = stage.picture("/evolution/potential/foraging")
+        picture = streams.picture("/evolution/potential/foraging")
         expected = palette.heat(
             potential(mind(4, 4, 1.5, CyberRodent().camera_half_angle_rad), weights)
         )
         assert np.array_equal(picture, expected[::-1])
         axes = "/evolution/potential/foraging/axes"
-        labels, marks = stage.shown(axes, "labels"), stage.shown(axes, "positions")
+        labels, marks = streams.shown(axes, "labels"), streams.shown(axes, "positions")
         assert labels == ["75° left", "ahead, 0 m", "75° right", "1.5 m"]
         assert [x for x, _ in marks] == [0.0, 30.0, 60.0, 30.0]
         assert [y > 60.0 for _, y in marks] == [True, True, True, False]
         assert marks[3][1] < 0.0
-        assert stage.text("/evolution/agent").startswith("**Agent 2 of #1**")
+        assert streams.text("/evolution/agent").startswith("**Agent 2 of #1**")
         assert "/evolution/agent" not in show.draw(1.0).paths()
         live(show, 1)
         assert show.draw(1.0).text("/evolution/agent").startswith("**Agent 102 of #1**")
@@ -220,18 +220,18 @@ class TestAgent:
         """One whose birth was heard of, and nobody else until there is a best one."""
         assert "/evolution/agent" not in show.draw(1.0).paths()
         for robot in (0, 1):
-            show.heard.tell(robot, born(agent(robot, 5), 0, list(GENES[robot])))
-            show.heard.state(robot, generation=0, agent=agent(robot, 5))
+            show.sample.tell(robot, born(agent(robot, 5), 0, list(GENES[robot])))
+            show.sample.state(robot, generation=0, agent=agent(robot, 5))
         assert show.draw(1.0).text("/evolution/agent").startswith("**Agent 5 of #0**")
-        show.heard.state(0, generation=0, agent=agent(0, 6))
-        show.heard.tell(0, born(agent(0, 6), 0, list(GENES[8])))
+        show.sample.state(0, generation=0, agent=agent(0, 6))
+        show.sample.tell(0, born(agent(0, 6), 0, list(GENES[8])))
         assert show.draw(1.0).paths() == []
 
     def test_who_was_asked_for_is_drawn(self) -> None:
         """As soon as it is known, whoever is better."""
         show = Show(EvolutionTab(agent(0, 1)))
-        show.heard.join(0, 1, generation=0)
-        show.heard.about(0, 1)
+        show.sample.join(0, 1, generation=0)
+        show.sample.about(0, 1)
         live(show, 0)
         assert show.draw(1.0).text("/evolution/agent").startswith("**Agent 1 of #0**")
         live(show, 1)
@@ -255,15 +255,15 @@ class TestAgent:
         blind = json.loads(SETTINGS)
         blind["body"][sense] = 0.0 if sense == "camera_half_angle_rad" else 1e-320
         show = Show(EvolutionTab())
-        show.heard.join(0, generation=0)
-        show.heard.about(0, settings=json.dumps(blind))
+        show.sample.join(0, generation=0)
+        show.sample.about(0, settings=json.dumps(blind))
         live(show, 0, robots=(0,))
         assert show.draw(1.0).entities("/evolution/potential/") == []
 
     def test_genes_as_large_as_they_get_are_drawn(self, show: Show) -> None:
         """Somebody may have made them up."""
-        show.heard.tell(0, born(agent(0, 5), 0, [1e9, -1e9] * (len(SCHEMA) // 2)))
-        show.heard.state(0, generation=0, agent=agent(0, 5))
+        show.sample.tell(0, born(agent(0, 5), 0, [1e9, -1e9] * (len(SCHEMA) // 2)))
+        show.sample.state(0, generation=0, agent=agent(0, 5))
         assert len(SCHEMA) % 2 == 0
         assert show.draw(1.0).picture("/evolution/potential/mating").shape == (61, 61, 3)
 

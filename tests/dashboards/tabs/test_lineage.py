@@ -14,7 +14,7 @@ Places = dict[str, tuple[float, float]]
 @pytest.fixture
 def show() -> Show:
     show = Show(LineageTab())
-    show.heard.join(0, 1, generation=0)
+    show.sample.join(0, 1, generation=0)
     return show
 
 
@@ -26,12 +26,12 @@ def bear(show: Show, robot: int, generation: int, agents: int = 4, colony: str =
             parents["mother"] = agent(robot, 100 * (generation - 1) + k)
             parents["father"] = agent(robot, 100 * (generation - 1) + (k + 1) % agents)
         name = agent(robot, 100 * generation + k)
-        show.heard.tell(robot, born(name, generation, [float(k)], **parents), colony=colony)
+        show.sample.tell(robot, born(name, generation, [float(k)], **parents), colony=colony)
 
 
-def places(stage: RecordingStage) -> Places:
-    names = stage.shown(FAMILY, "node_ids")
-    where = stage.shown(FAMILY, "positions")
+def places(streams: RecordingStage) -> Places:
+    names = streams.shown(FAMILY, "node_ids")
+    where = streams.shown(FAMILY, "positions")
     return {name: (x, y) for name, (x, y) in zip(names, where, strict=True)}
 
 
@@ -42,13 +42,13 @@ class TestFamily:
         """To their children, where both are shown."""
         bear(show, 0, 0, 2)
         bear(show, 0, 1, 2)
-        stage = show.draw(2.0)
+        streams = show.draw(2.0)
         mothers = [agent(0, 0), agent(0, 1)]
         children = [agent(0, 100), agent(0, 101)]
-        assert sorted(stage.shown(FAMILY, "node_ids")) == sorted(mothers + children)
-        edges = {(edge["first"], edge["second"]) for edge in stage.shown(FAMILY, "edges")}
+        assert sorted(streams.shown(FAMILY, "node_ids")) == sorted(mothers + children)
+        edges = {(edge["first"], edge["second"]) for edge in streams.shown(FAMILY, "edges")}
         assert edges == {(parent, child) for parent in mothers for child in children}
-        assert set(stage.shown(FAMILY, "labels")) == {"0", "1", "100", "101"}
+        assert set(streams.shown(FAMILY, "labels")) == {"0", "1", "100", "101"}
 
     def test_it_is_drawn_when_it_has_grown(self, show: Show) -> None:
         """Every two seconds at most, and not again without a birth."""
@@ -75,7 +75,7 @@ class TestFamily:
                     name: place for name, place in seen.items() if name in now
                 }
                 seen = now
-            show.heard.go(generation % 2)
+            show.sample.go(generation % 2)
         assert len(set(seen.values())) == len(seen)
 
     def test_robots_stand_side_by_side_and_generations_below_each_other(self, show: Show) -> None:
@@ -93,15 +93,15 @@ class TestFamily:
     def test_no_two_stand_in_one_place(self, show: Show) -> None:
         """Agents of robots that are forgotten neither; nor in a colony of many robots."""
         for robot in (2, 3):
-            show.heard.tell(robot, born(agent(robot, 0)))
+            show.sample.tell(robot, born(agent(robot, 0)))
         for robot in (0, 1):
             bear(show, robot, 0)
-        show.heard.forget_absent()
-        assert set(show.heard.watch.robots) == set(IDS[:2])
+        show.sample.forget_absent()
+        assert set(show.sample.monitor.robots) == set(IDS[:2])
         where = places(show.draw(2.0))
         assert len(set(where.values())) == len(where) == 10
         for robot in range(4, 54):
-            show.heard.join(robot)
+            show.sample.join(robot)
             bear(show, robot, 0)
         where = places(show.draw(2.0))
         assert len(set(where.values())) == len(where) > 60
@@ -110,9 +110,9 @@ class TestFamily:
     def test_colours_are_those_of_the_founders(self, show: Show) -> None:
         """Of most of an agent's genes."""
         bear(show, 0, 0, 2)
-        show.heard.tell(0, born(agent(0, 100), 1, [1.0], mother=agent(0, 0), father=agent(0, 1)))
-        stage = show.draw(2.0)
-        colours = dict(zip(stage.shown(FAMILY, "node_ids"), stage.colours(FAMILY), strict=True))
+        show.sample.tell(0, born(agent(0, 100), 1, [1.0], mother=agent(0, 0), father=agent(0, 1)))
+        streams = show.draw(2.0)
+        colours = dict(zip(streams.shown(FAMILY, "node_ids"), streams.colours(FAMILY), strict=True))
         assert colours[agent(0, 0)] == palette.founder_colour(0)
         assert colours[agent(0, 1)] == colours[agent(0, 100)] == palette.founder_colour(1)
 
@@ -127,13 +127,13 @@ class TestFamily:
 
     def test_several_colonies_share_the_picture(self, show: Show) -> None:
         """And each has lines of its own."""
-        show.heard.join(2, colony="red")
+        show.sample.join(2, colony="red")
         bear(show, 0, 0)
         bear(show, 2, 0, colony="red")
-        stage = show.draw(2.0)
-        assert {agent(0, 0), agent(2, 0)} <= set(places(stage))
-        assert "blue_others" in stage.entities(FOUNDERS)
-        assert "red_others" in stage.entities(FOUNDERS)
+        streams = show.draw(2.0)
+        assert {agent(0, 0), agent(2, 0)} <= set(places(streams))
+        assert "blue_others" in streams.entities(FOUNDERS)
+        assert "red_others" in streams.entities(FOUNDERS)
 
 
 class TestFounders:
@@ -143,51 +143,51 @@ class TestFounders:
         """With the founder's name and colour; all of them together are the whole colony."""
         bear(show, 0, 0, 2)
         bear(show, 1, 0, 2)
-        show.heard.tell(0, born(agent(0, 100), 1, [0.0], mother=agent(0, 0)))
-        stage = show.draw(2.0)
-        lines = {name: stage.scalars(FOUNDERS + name) for name in stage.entities(FOUNDERS)}
+        show.sample.tell(0, born(agent(0, 100), 1, [0.0], mother=agent(0, 0)))
+        streams = show.draw(2.0)
+        lines = {name: streams.scalars(FOUNDERS + name) for name in streams.entities(FOUNDERS)}
         assert sum(values[0][0] for values in lines.values()) == pytest.approx(1.0)
         line = f"{FOUNDERS}blue_{IDS[0].hex()}_0"
-        assert stage.scalars(line) == [[pytest.approx(1 / 3)]]
-        assert stage.shown(line, "names") == ["#0 agent 0"]
-        assert stage.colours(line) == [palette.founder_colour(0)]
+        assert streams.scalars(line) == [[pytest.approx(1 / 3)]]
+        assert streams.shown(line, "names") == ["#0 agent 0"]
+        assert streams.colours(line) == [palette.founder_colour(0)]
 
     def test_a_founder_that_has_died_out_comes_down_to_nothing(self, show: Show) -> None:
         """Its line does not end above it."""
         bear(show, 0, 0, 2)
         show.draw(2.0)
-        show.heard.tell(0, born(agent(0, 100), 1, [0.0], mother=agent(0, 0)))
-        stage = show.draw(2.0)
-        assert stage.scalars(f"{FOUNDERS}blue_{IDS[0].hex()}_1") == [[0.0]]
-        assert stage.scalars(f"{FOUNDERS}blue_{IDS[0].hex()}_0") == [[1.0]]
+        show.sample.tell(0, born(agent(0, 100), 1, [0.0], mother=agent(0, 0)))
+        streams = show.draw(2.0)
+        assert streams.scalars(f"{FOUNDERS}blue_{IDS[0].hex()}_1") == [[0.0]]
+        assert streams.scalars(f"{FOUNDERS}blue_{IDS[0].hex()}_0") == [[1.0]]
 
     def test_founders_with_small_shares_are_drawn_together(self, show: Show) -> None:
         """Until one of them has grown; whoever has a line keeps it, but there are not many."""
         bear(show, 0, 0, 200)
-        stage = show.draw(2.0)
-        assert stage.entities(FOUNDERS) == ["blue_others"]
-        assert stage.shown(f"{FOUNDERS}blue_others", "names") == ["all others"]
-        assert stage.scalars(f"{FOUNDERS}blue_others") == [[pytest.approx(1.0)]]
+        streams = show.draw(2.0)
+        assert streams.entities(FOUNDERS) == ["blue_others"]
+        assert streams.shown(f"{FOUNDERS}blue_others", "names") == ["all others"]
+        assert streams.scalars(f"{FOUNDERS}blue_others") == [[pytest.approx(1.0)]]
         for k in range(150):
-            show.heard.tell(0, born(agent(0, 1000 + k), 1, [0.0], mother=agent(0, 3)))
-            show.heard.tell(0, born(agent(0, 2000 + k), 1, [0.0], mother=agent(0, k)))
-        stage = show.draw(2.0)
+            show.sample.tell(0, born(agent(0, 1000 + k), 1, [0.0], mother=agent(0, 3)))
+            show.sample.tell(0, born(agent(0, 2000 + k), 1, [0.0], mother=agent(0, k)))
+        streams = show.draw(2.0)
         others = f"{FOUNDERS}blue_others"
-        assert stage.entities(FOUNDERS) == [f"blue_{IDS[0].hex()}_3", "blue_others"]
-        assert stage.scalars(others) == [[pytest.approx(1.0 - 151 / 300)]]
+        assert streams.entities(FOUNDERS) == [f"blue_{IDS[0].hex()}_3", "blue_others"]
+        assert streams.scalars(others) == [[pytest.approx(1.0 - 151 / 300)]]
 
     def test_lines_are_few(self, show: Show) -> None:
         """Whoever comes later than the first two dozen is one of the others."""
         for generation in range(60):
-            show.heard.tell(0, born(f"{IDS[0].hex()}/{generation}", generation))
+            show.sample.tell(0, born(f"{IDS[0].hex()}/{generation}", generation))
             show.draw(2.0)
-        assert len(show.stage.entities(FOUNDERS)) == 24 + 1
-        assert show.stage.scalars(f"{FOUNDERS}blue_others") == [[1.0]]
+        assert len(show.streams.entities(FOUNDERS)) == 24 + 1
+        assert show.streams.scalars(f"{FOUNDERS}blue_others") == [[1.0]]
 
     def test_lines_are_named_once(self, show: Show) -> None:
         """However often they are drawn."""
         for generation in range(3):
             bear(show, 0, generation, 2)
-            stage = show.draw(2.0)
-            named = [drawing.path for drawing in stage.drawings if drawing.is_static]
+            streams = show.draw(2.0)
+            named = [drawing.path for drawing in streams.drawings if drawing.is_static]
             assert (len(named) > 0) == (generation == 0)

@@ -12,23 +12,23 @@ from tests.support.fake_telemetry import agent, mated
 @pytest.fixture
 def show() -> Show:
     show = Show(LogTab())
-    show.heard.join(0, 1)
+    show.sample.join(0, 1)
     show.draw(1.0)
     return show
 
 
-def written(stage: RecordingStage) -> list[tuple[str, str, str]]:
+def written(streams: RecordingStage) -> list[tuple[str, str, str]]:
     return [
         (d.path, *d.parts["text"].to_pylist(), *d.parts["level"].to_pylist())
-        for d in stage.drawings
+        for d in streams.drawings
     ]
 
 
 def test_the_log_says_what_happened(show: Show) -> None:
     """In order, every kind in a place of its own, with how serious it is."""
-    show.heard.tell(0, mated(0, 1, conceived=True), Died(7, 0, agent(0, 3)))
-    show.heard.tell(1, Fault(7, "no arena"))
-    show.heard.go(0)
+    show.sample.tell(0, mated(0, 1, conceived=True), Died(7, 0, agent(0, 3)))
+    show.sample.tell(1, Fault(7, "no arena"))
+    show.sample.go(0)
     assert written(show.draw(1.0)) == [
         ("/log/mating", "#0 mated with #1 and conceived", "INFO"),
         ("/log/death", "#0: agent 3 starved", "INFO"),
@@ -39,7 +39,7 @@ def test_the_log_says_what_happened(show: Show) -> None:
 
 def test_nothing_is_said_twice(show: Show) -> None:
     """And without news nothing."""
-    show.heard.tell(1, Fault(7, "no arena"))
+    show.sample.tell(1, Fault(7, "no arena"))
     assert len(written(show.draw(1.0))) == 1
     assert written(show.draw(1.0)) == []
 
@@ -47,7 +47,7 @@ def test_nothing_is_said_twice(show: Show) -> None:
 def test_it_is_written_once_a_second(show: Show) -> None:
     """With what has gathered; what is too much is counted."""
     for number in range(9):
-        show.heard.tell(1, Fault(7, str(number)))
+        show.sample.tell(1, Fault(7, str(number)))
         assert written(show.draw(0.05)) == []
     lines = written(show.draw(0.5))
     assert [text for _, text, _ in lines] == [

@@ -13,9 +13,9 @@ def show() -> Show:
     return Show(NetworkTab())
 
 
-def cells(stage: RecordingStage, robots: int) -> list[list[tuple[int, ...]]]:
+def cells(streams: RecordingStage, robots: int) -> list[list[tuple[int, ...]]]:
     """Return the colour in the middle of every cell."""
-    picture = stage.picture("/network/sees")
+    picture = streams.picture("/network/sees")
     size = 512 // robots
     assert picture.shape == (robots * size, robots * size, 3)
     middles = size // 2 + size * np.arange(robots)
@@ -27,10 +27,10 @@ class TestSights:
 
     def test_everybody_sees_whom_they_say_they_see(self, show: Show) -> None:
         """Whoever was not asked yet has said nothing; colonies stand one after the other."""
-        show.heard.join(0, 1, 2)
-        show.heard.join(3, colony="red")
-        show.heard.about(0, 1, 2, 3)
-        show.heard.about(1, 0)
+        show.sample.join(0, 1, 2)
+        show.sample.join(3, colony="red")
+        show.sample.about(0, 1, 2, 3)
+        show.sample.about(1, 0)
         assert cells(show.draw(1.0), 4) == [
             [ITSELF, SEES, SEES, SEES],
             [SEES, ITSELF, SEES_NOT, SEES_NOT],
@@ -38,45 +38,45 @@ class TestSights:
             [UNKNOWN, UNKNOWN, UNKNOWN, ITSELF],
         ]
         names = ["blue #0", "blue #1", "blue #2", "red #3"]
-        assert show.stage.shown("/network/sees/names", "labels") == names + names
+        assert show.streams.shown("/network/sees/names", "labels") == names + names
 
     def test_names_stand_beside_their_rows_and_columns(self, show: Show) -> None:
         """In the middle of each."""
-        show.heard.join(0, 1)
-        stage = show.draw(1.0)
-        assert stage.shown("/network/sees/names", "labels") == ["#0", "#1", "#0", "#1"]
-        where = np.array(stage.shown("/network/sees/names", "positions"))
+        show.sample.join(0, 1)
+        streams = show.draw(1.0)
+        assert streams.shown("/network/sees/names", "labels") == ["#0", "#1", "#0", "#1"]
+        where = np.array(streams.shown("/network/sees/names", "positions"))
         assert where[:2, 0].tolist() == where[2:, 1].tolist() == [128.0, 384.0]
         assert np.all(where[:2, 1] < 0.0)
         assert np.all(where[2:, 0] < 0.0)
 
     def test_it_is_drawn_again_only_if_it_has_changed(self, show: Show) -> None:
         """A picture is large; but who comes late gets to see it too."""
-        show.heard.join(0, 1)
-        show.heard.about(0, 1)
+        show.sample.join(0, 1)
+        show.sample.about(0, 1)
         assert show.draw(1.0).times("/network/sees") == 1
         drawn = []
         for _ in range(30):
-            show.heard.about(0, 1)
+            show.sample.about(0, 1)
             drawn.append(show.draw(1.0).times("/network/sees"))
         assert drawn == ([0] * 14 + [1]) * 2
-        show.heard.about(0)
+        show.sample.about(0)
         assert show.draw(1.0).times("/network/sees") == 1
-        assert cells(show.stage, 2)[0] == [ITSELF, SEES_NOT]
+        assert cells(show.streams, 2)[0] == [ITSELF, SEES_NOT]
 
     def test_nobody_sees_nobody(self, show: Show) -> None:
         """When all have gone the picture is taken away; when one is back it is there again."""
         assert show.draw(1.0).entities("/network/sees") == []
-        show.heard.join(0)
+        show.sample.join(0)
         show.draw(1.0)
-        show.heard.go(0)
+        show.sample.go(0)
         assert show.draw(1.0).entities("/network/sees") == []
-        show.heard.join(0)
+        show.sample.join(0)
         assert cells(show.draw(1.0), 1) == [[ITSELF]]
 
     def test_of_many_the_first_are_shown(self, show: Show) -> None:
         """Each cell a whole number of pixels."""
-        show.heard.join(*range(40))
+        show.sample.join(*range(40))
         assert len(cells(show.draw(1.0), 32)) == 32
 
 
@@ -85,68 +85,70 @@ class TestLines:
 
     def test_rates_are_of_what_was_heard_since(self, show: Show) -> None:
         """In a second; there are none before."""
-        show.heard.join(0, 1)
+        show.sample.join(0, 1)
         assert show.draw(1.0).scalars("/network/rates") == []
-        size = show.heard.watch.bytes
+        size = show.sample.monitor.bytes
         for _ in range(4):
-            show.heard.state(0, 1)
-            show.heard.tell(0, Fault(1, "x"))
-            show.heard.scene()
+            show.sample.state(0, 1)
+            show.sample.tell(0, Fault(1, "x"))
+            show.sample.scene()
         ((states, events, scenes, kilobytes),) = show.draw(2.0).scalars("/network/rates")
         assert (states, events, scenes) == (4.0, 2.0, 2.0)
-        assert kilobytes == pytest.approx((show.heard.watch.bytes - size) / 2_000.0)
+        assert kilobytes == pytest.approx((show.sample.monitor.bytes - size) / 2_000.0)
 
     def test_ages_are_those_of_the_last_states(self, show: Show) -> None:
         """Who has told none has none."""
         assert show.draw(1.0).scalars("/network/ages") == []
         for robot in range(3):
-            show.heard.come(robot)
-            show.heard.state(robot)
-            show.heard.at_s += 1.0
-        show.heard.come(3)
+            show.sample.come(robot)
+            show.sample.state(robot)
+            show.sample.at_s += 1.0
+        show.sample.come(3)
         (ages,) = show.draw(1.0).scalars("/network/ages")
         assert ages == pytest.approx([3.0, 3.8, 4.0])
 
     def test_what_robots_count_is_added_up(self, show: Show) -> None:
         """Losses, and matings that hang in the air; whom they see is not added but ordered."""
-        show.heard.join(0, peers=3, dropped=1, refused=2, faults=3, waiting=4, doubts=5, orphaned=6)
+        show.sample.join(
+            0, peers=3, dropped=1, refused=2, faults=3, waiting=4, doubts=5, orphaned=6
+        )
         for robot, peers in ((1, 1), (2, 7)):
-            show.heard.join(
+            show.sample.join(
                 robot, peers=peers, dropped=0, refused=10, faults=0, waiting=0, doubts=0, orphaned=0
             )
-        show.heard.hear("state", "nonsense")
-        stage = show.draw(1.0)
-        assert stage.scalars("/network/peers") == [[1.0, 3.0, 7.0]]
-        assert stage.scalars("/network/losses") == [[0.0, 1.0, 22.0, 1.0, 3.0]]
-        assert stage.scalars("/network/matings") == [[4.0, 5.0, 6.0]]
+        show.sample.on_event("state", "nonsense")
+        streams = show.draw(1.0)
+        assert streams.scalars("/network/peers") == [[1.0, 3.0, 7.0]]
+        assert streams.scalars("/network/losses") == [[0.0, 1.0, 22.0, 1.0, 3.0]]
+        assert streams.scalars("/network/matings") == [[4.0, 5.0, 6.0]]
 
     def test_what_was_missed_is_counted(self, show: Show) -> None:
         """Events that a state names and that have not come."""
-        show.heard.join(0, seq=0)
-        show.heard.state(0, seq=5)
+        show.sample.join(0, seq=0)
+        show.sample.state(0, seq=5)
         ((missed, *_),) = show.draw(1.0).scalars("/network/losses")
         assert missed == 5.0
 
     def test_who_is_there_silent_and_back_is_counted(self, show: Show) -> None:
         """Restarts in all, of robots that are gone too."""
-        show.heard.join(0, 1)
-        show.heard.come(1, life=4)
-        show.heard.go(0)
+        show.sample.join(0, 1)
+        show.sample.come(1, incarnation=4)
+        show.sample.go(0)
         assert show.draw(1.0).scalars("/network/presence") == [[1.0, 0.0, 1.0]]
         assert show.draw(SILENT_AFTER_S).scalars("/network/presence") == [[1.0, 1.0, 1.0]]
 
     def test_lines_are_named_from_the_beginning(self, show: Show) -> None:
         """As many names as there are lines."""
-        show.heard.join(0)
+        show.sample.join(0)
         show.draw(1.0)
-        stage = show.draw(1.0)
+        streams = show.draw(1.0)
         for name in ("rates", "ages", "peers", "losses", "matings", "presence"):
-            (values,) = stage.scalars(f"/network/{name}")
-            assert len(stage.shown(f"/network/{name}", "names")) == len(values)
+            (values,) = streams.scalars(f"/network/{name}")
+            assert len(streams.shown(f"/network/{name}", "names")) == len(values)
 
     def test_it_is_drawn_once_a_second(self, show: Show) -> None:
         """However often the dashboard draws."""
-        show.heard.join(0)
+        show.sample.join(0)
         drawn = sum(show.draw(0.1).times("/network/presence") for _ in range(100))
         assert drawn == pytest.approx(10, abs=1)
 
@@ -163,32 +165,32 @@ class TestTable:
 
     def test_a_robot_is_alive_silent_or_gone(self, show: Show) -> None:
         """And one that has said nothing yet is only there."""
-        show.heard.join(
+        show.sample.join(
             0, 1, energy=0.25, generation=2, matings=4, conceptions=3, peers=1, doubts=0, orphaned=0
         )
-        show.heard.come(2)
-        show.heard.go(1)
+        show.sample.come(2)
+        show.sample.go(1)
         _, _, *rows = self.rows(show)
         assert rows[0] == "| #0 | alive | 0.25 | 2 | 4 | 3 | 1 | 0 | 1.5 s | 0 |"
         assert rows[1].startswith("| #1 | gone | ")
         assert rows[2].endswith(" | silent | | | | | | | | |")
-        show.heard.at_s += SILENT_AFTER_S
+        show.sample.at_s += SILENT_AFTER_S
         assert self.rows(show)[2].startswith("| #0 | silent | ")
 
     def test_orphans_are_named_among_the_doubts(self, show: Show) -> None:
         """Only where there are any."""
-        show.heard.join(0, doubts=2, orphaned=1)
+        show.sample.join(0, doubts=2, orphaned=1)
         assert "| 2 (1 orphaned) |" in self.rows(show)[2]
 
     def test_every_row_has_all_columns(self, show: Show) -> None:
         """Whatever is known of the robot."""
-        show.heard.come(0)
-        show.heard.join(1)
+        show.sample.come(0)
+        show.sample.join(1)
         assert len({row.count("|") for row in self.rows(show)}) == 1
 
     def test_of_many_the_others_are_counted(self, show: Show) -> None:
         """A table of thousands is read by nobody."""
-        show.heard.join(*range(50))
+        show.sample.join(*range(50))
         rows = self.rows(show)
         assert len(rows) == 2 + 40 + 2
         assert rows[-1] == "… and 10 more"

@@ -15,13 +15,13 @@ Rgb = list[tuple[int, ...]]
 
 
 @pytest.fixture
-def heard() -> FakeTelemetry:
+def sample() -> FakeTelemetry:
     return FakeTelemetry()
 
 
-def looks(heard: FakeTelemetry, of: LooksOf | None = None) -> Looks:
-    crowd = crowd_of(heard.spectator.scenes())
-    return (of or LooksOf()).of(heard.spectator, crowd, heard.at_s)
+def looks(sample: FakeTelemetry, of: LooksOf | None = None) -> Looks:
+    crowd = crowd_of(sample.view.scenes())
+    return (of or LooksOf()).of(sample.view, crowd, sample.at_s)
 
 
 def rgb(colours: palette.Colours) -> Rgb:
@@ -34,35 +34,35 @@ class TestPlaces:
     @given(st.lists(st.floats(0.1, 100.0), min_size=1, max_size=6))
     def test_arenas_stand_side_by_side(self, widths_m: list[float]) -> None:
         """From left to right, with a gap between; the first, as if it were alone, around 0."""
-        heard = FakeTelemetry()
+        sample = FakeTelemetry()
         for number, width_m in enumerate(widths_m):
-            heard.scene(arena=f"a{number}", width_m=width_m)
-        heard.pass_s(0.0)
-        middles_m = offsets_m(heard.spectator.scenes())
+            sample.scene(arena=f"a{number}", width_m=width_m)
+        sample.pass_s(0.0)
+        middles_m = offsets_m(sample.view.scenes())
         assert middles_m[0] == 0.0
         lefts_m = np.array(middles_m) - 0.5 * np.array(widths_m)
         rights_m = np.array(middles_m) + 0.5 * np.array(widths_m)
         assert lefts_m[1:] - rights_m[:-1] == pytest.approx(GAP_M)
 
-    def test_robots_are_where_their_arena_is(self, heard: FakeTelemetry) -> None:
+    def test_robots_are_where_their_arena_is(self, sample: FakeTelemetry) -> None:
         """In the order of arenas, and of robots in them."""
-        heard.scene((2, 0.5, -0.5, 1.0), (0, 0.0, 0.25, 2.0), arena="a")
-        heard.scene((1, -1.0, 0.5, 3.0), arena="b", width_m=4.0)
-        heard.pass_s(0.0)
-        crowd = crowd_of(heard.spectator.scenes())
+        sample.scene((2, 0.5, -0.5, 1.0), (0, 0.0, 0.25, 2.0), arena="a")
+        sample.scene((1, -1.0, 0.5, 3.0), arena="b", width_m=4.0)
+        sample.pass_s(0.0)
+        crowd = crowd_of(sample.view.scenes())
         assert crowd.robots == [IDS[2], IDS[0], IDS[1]]
         shift_m = 1.0 + GAP_M + 2.0
         assert crowd.points.tolist() == [[0.5, -0.5], [0.0, 0.25], [shift_m - 1.0, 0.5]]
         assert crowd.headings.tolist() == [1.0, 2.0, 3.0]
 
-    def test_robots_are_drawn_larger_in_a_large_arena(self, heard: FakeTelemetry) -> None:
+    def test_robots_are_drawn_larger_in_a_large_arena(self, sample: FakeTelemetry) -> None:
         """So that they can be seen; in a small one as large as they are."""
-        heard.scene()
-        heard.pass_s(0.0)
-        assert crowd_of(heard.spectator.scenes()).radius_m == 0.11
-        heard.scene(height_m=100.0)
-        heard.pass_s(0.0)
-        assert crowd_of(heard.spectator.scenes()).radius_m == pytest.approx(0.55)
+        sample.scene()
+        sample.pass_s(0.0)
+        assert crowd_of(sample.view.scenes()).radius_m == 0.11
+        sample.scene(height_m=100.0)
+        sample.pass_s(0.0)
+        assert crowd_of(sample.view.scenes()).radius_m == pytest.approx(0.55)
 
     def test_nobody_is_a_crowd_too(self) -> None:
         """Without arenas, or in an empty one."""
@@ -74,75 +74,75 @@ class TestLooks:
     """How everybody looks."""
 
     def test_rings_tell_energy_faces_the_module_and_founders_the_family(
-        self, heard: FakeTelemetry
+        self, sample: FakeTelemetry
     ) -> None:
         """Each in the order of the crowd, whatever the order in which they were heard."""
-        heard.join(0, energy=0.0, module=0, agent=agent(0, 1))
-        heard.join(1, energy=1.0, module=1, agent=agent(1, 1))
-        heard.tell(0, born(agent(0, 1)))
-        heard.tell(1, born(agent(1, 1)))
-        heard.scene((1, 0.0, 0.0), (0, 0.5, 0.0))
-        heard.pass_s(0.1)
-        seen = looks(heard)
+        sample.join(0, energy=0.0, module=0, agent=agent(0, 1))
+        sample.join(1, energy=1.0, module=1, agent=agent(1, 1))
+        sample.tell(0, born(agent(0, 1)))
+        sample.tell(1, born(agent(1, 1)))
+        sample.scene((1, 0.0, 0.0), (0, 0.5, 0.0))
+        sample.pass_s(0.1)
+        seen = looks(sample)
         assert rgb(seen.rings) == [palette.GOOD, palette.BAD]
         assert rgb(seen.faces) == [palette.MODULES[1], palette.MODULES[0]]
         assert rgb(seen.founders) == [palette.founder_colour(1), palette.founder_colour(0)]
         assert seen.stale == [False, False]
 
-    def test_an_agent_without_a_known_birth_has_a_dim_founder(self, heard: FakeTelemetry) -> None:
+    def test_an_agent_without_a_known_birth_has_a_dim_founder(self, sample: FakeTelemetry) -> None:
         """Until its birth is heard of; another agent has a founder of its own."""
-        heard.join(0, agent=agent(0, 1))
-        heard.scene((0, 0.0, 0.0))
-        heard.pass_s(0.1)
+        sample.join(0, agent=agent(0, 1))
+        sample.scene((0, 0.0, 0.0))
+        sample.pass_s(0.1)
         of = LooksOf()
-        assert rgb(looks(heard, of).founders) == [palette.DIM]
-        heard.tell(0, born(agent(0, 1)), born(agent(0, 2)))
+        assert rgb(looks(sample, of).founders) == [palette.DIM]
+        sample.tell(0, born(agent(0, 1)), born(agent(0, 2)))
         for number in (1, 2, 1):
-            heard.state(0, agent=agent(0, number))
-            heard.pass_s(0.6)
-            assert rgb(looks(heard, of).founders) == [palette.founder_colour(number - 1)]
+            sample.state(0, agent=agent(0, number))
+            sample.pass_s(0.6)
+            assert rgb(looks(sample, of).founders) == [palette.founder_colour(number - 1)]
 
-    def test_who_is_silent_gone_or_unknown_is_grey(self, heard: FakeTelemetry) -> None:
+    def test_who_is_silent_gone_or_unknown_is_grey(self, sample: FakeTelemetry) -> None:
         """In all three colours; the others are not."""
-        heard.join(0, 1, 2)
-        heard.go(1)
-        heard.at_s += SILENT_AFTER_S + 0.1
-        heard.state(1, 2)
-        heard.scene((0, 0.0, 0.0), (1, 0.5, 0.0), (2, 0.0, 0.5), (3, 0.5, 0.5))
-        heard.pass_s(0.1)
-        seen = looks(heard)
+        sample.join(0, 1, 2)
+        sample.go(1)
+        sample.at_s += SILENT_AFTER_S + 0.1
+        sample.state(1, 2)
+        sample.scene((0, 0.0, 0.0), (1, 0.5, 0.0), (2, 0.0, 0.5), (3, 0.5, 0.5))
+        sample.pass_s(0.1)
+        seen = looks(sample)
         assert seen.stale == [True, True, False, True]
         for colours in (seen.rings, seen.faces, seen.founders):
             seen_grey = [colour == palette.STALE for colour in rgb(colours)]
             assert [seen_grey[robot] for robot in (0, 1, 3)] == [True] * 3
         assert rgb(seen.rings)[2] != palette.STALE
 
-    def test_in_a_silent_arena_all_are_grey(self, heard: FakeTelemetry) -> None:
+    def test_in_a_silent_arena_all_are_grey(self, sample: FakeTelemetry) -> None:
         """Nobody knows where they are; in another one they are not."""
-        heard.join(0, 1)
-        heard.scene((0, 0.0, 0.0), arena="a")
-        heard.at_s += SILENT_AFTER_S + 0.1
-        heard.scene((1, 0.0, 0.0), arena="b")
-        heard.state(0, 1)
-        heard.pass_s(0.1)
-        assert looks(heard).stale == [True, False]
+        sample.join(0, 1)
+        sample.scene((0, 0.0, 0.0), arena="a")
+        sample.at_s += SILENT_AFTER_S + 0.1
+        sample.scene((1, 0.0, 0.0), arena="b")
+        sample.state(0, 1)
+        sample.pass_s(0.1)
+        assert looks(sample).stale == [True, False]
 
     def test_colours_are_looked_up_again_after_a_moment(
-        self, heard: FakeTelemetry, monkeypatch: pytest.MonkeyPatch
+        self, sample: FakeTelemetry, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         """Or at once when somebody else is there."""
         monkeypatch.setattr(crowd_module, "_LOOKS_S", 1.0)
         of = LooksOf()
-        heard.join(0, 1, energy=0.0)
-        heard.scene((0, 0.0, 0.0))
-        heard.pass_s(0.1)
-        first = looks(heard, of)
-        heard.state(0, 1, energy=1.0)
-        heard.pass_s(0.1)
-        assert looks(heard, of) is first
-        heard.scene((0, 0.0, 0.0), (1, 0.5, 0.0))
-        heard.pass_s(0.1)
-        assert rgb(looks(heard, of).rings) == [palette.GOOD, palette.GOOD]
-        heard.state(0, 1, energy=0.0)
-        heard.pass_s(1.0)
-        assert rgb(looks(heard, of).rings) == [palette.BAD, palette.BAD]
+        sample.join(0, 1, energy=0.0)
+        sample.scene((0, 0.0, 0.0))
+        sample.pass_s(0.1)
+        first = looks(sample, of)
+        sample.state(0, 1, energy=1.0)
+        sample.pass_s(0.1)
+        assert looks(sample, of) is first
+        sample.scene((0, 0.0, 0.0), (1, 0.5, 0.0))
+        sample.pass_s(0.1)
+        assert rgb(looks(sample, of).rings) == [palette.GOOD, palette.GOOD]
+        sample.state(0, 1, energy=0.0)
+        sample.pass_s(1.0)
+        assert rgb(looks(sample, of).rings) == [palette.BAD, palette.BAD]

@@ -233,7 +233,7 @@ class TestLimits:
 
     def test_the_oldest_births_are_forgotten(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """In whatever robots and generations they were told; what is left adds up to 1."""
-        monkeypatch.setattr(family_module, "_MOST_BIRTHS", 50)
+        monkeypatch.setattr(family_module, "_MAX_BIRTHS", 50)
         rng, made = random.Random(1), FamilyTree()
         for number in range(2_000):
             robot = IDS[rng.randrange(len(IDS))]
@@ -249,7 +249,7 @@ class TestLimits:
 
     def test_founders_without_end_count_as_the_last(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """The first are told apart for good."""
-        monkeypatch.setattr(family_module, "_MOST_FOUNDERS", 3)
+        monkeypatch.setattr(family_module, "_MAX_FOUNDERS", 3)
         made = family(*(born(f"x/{number}", mother=f"y/{number}") for number in range(9)))
         assert made.founders == ["y/0", "y/1", "y/2"]
         assert origins(made, "x/0") == ["y/0"]

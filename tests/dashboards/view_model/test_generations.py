@@ -81,8 +81,10 @@ def test_mean_and_spread_are_those_of_all_agents(
         values = np.array([float(life[place]) for life in lives])
         low, high = np.quantile(values, [0.1, 0.9])
         expected = (values.mean(), values.std(), low, high)
-        told: Spread = getattr(generation, name)
-        assert (told.mean, told.sd, told.low, told.high) == pytest.approx(expected, abs=1e-12)
+        message: Spread = getattr(generation, name)
+        assert (message.mean, message.sd, message.low, message.high) == pytest.approx(
+            expected, abs=1e-12
+        )
     assert (generation.number, generation.agents) == (4, len(lives))
     assert (generation.tick, generation.unix_s) == (len(lives) - 1, T + len(lives) - 1)
     assert sorted(generation.genotypes[:, 0]) == sorted(life[4] for life in lives)
@@ -100,8 +102,8 @@ def test_conceptions_are_counted_for_who_conceived() -> None:
         made.add_mating(mated(ME, PEER, k, agent=agent(PEER, 7), conceived=theirs))
     made.add_lifetime(lived(agent(ME, 7)), T, T)
     made.add_lifetime(lived(agent(PEER, 7)), T, T)
-    told = only(made.take_ended({}, T + PATIENCE_S)).conceptions
-    assert (told.mean, told.low, told.high) == pytest.approx((1.5, 1.1, 1.9))
+    message = only(made.take_ended({}, T + PATIENCE_S)).conceptions
+    assert (message.mean, message.low, message.high) == pytest.approx((1.5, 1.1, 1.9))
 
 
 def test_the_best_mates_most_and_of_equals_captures_most() -> None:
@@ -176,13 +178,13 @@ class TestEnd:
 
     def test_who_comes_late_hears_the_past_of_one_robot_after_the_other(self) -> None:
         """A generation of long ago is not over because the first has told of it."""
-        made, told = Generations(), list[Generation]()
+        made, message = Generations(), list[Generation]()
         for robot in range(4):
             for number in range(3):
                 turn_over(made, robot, number)
-                told += made.take_ended(present(3, 3, 3, 3), T + robot)
-        assert numbers(told) == [0, 1, 2]
-        assert [generation.agents for generation in told] == [8, 8, 8]
+                message += made.take_ended(present(3, 3, 3, 3), T + robot)
+        assert numbers(message) == [0, 1, 2]
+        assert [generation.agents for generation in message] == [8, 8, 8]
 
     def test_who_was_not_there_in_a_generation_is_waited_for_a_while_only(self) -> None:
         """It has nothing to tell of it."""
@@ -228,7 +230,7 @@ class TestLimits:
         self, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         """The births and matings of long ago, and lives of a generation that has too many."""
-        monkeypatch.setattr(generations_module, "_MOST_AGENTS", 10)
+        monkeypatch.setattr(generations_module, "_MAX_AGENTS", 10)
         made = Generations()
         for k in range(30):
             made.add_birth(IDS[ME], born(agent(ME, k), 0, [float(k)]))

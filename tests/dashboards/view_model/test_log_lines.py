@@ -39,9 +39,9 @@ def said(event: RobotEvent, robot: int = 0) -> Line | None:
         (ArenaLeft("lab"), Line("presence", "arena lab is gone", "WARN")),
     ],
 )
-def test_who_comes_and_goes_is_said(news: StatusChange, line: Line) -> None:
+def test_who_comes_and_goes_is_said(changes: StatusChange, line: Line) -> None:
     """Robots by how they are called, arenas by name; who goes is a warning."""
-    assert in_words(news, call) == line
+    assert in_words(changes, call) == line
 
 
 @pytest.mark.parametrize(
@@ -71,12 +71,12 @@ def test_what_became_of_a_mating_is_said_unless_it_took_place() -> None:
         lines[outcome] = said(EncounterOutcome(9, outcome, IDS[1], encounter, "busy"))
     assert lines["mated"] is None
     assert lines["busy"] is None
-    told = {outcome: line for outcome, line in lines.items() if line is not None}
-    assert len({line.text for line in told.values()}) == len(told) == len(lines) - 2
-    for line in told.values():
+    message = {outcome: line for outcome, line in lines.items() if line is not None}
+    assert len({line.text for line in message.values()}) == len(message) == len(lines) - 2
+    for line in message.values():
         assert line.text.startswith("#0: the mating with #1 ")
         assert line.text.endswith(" (busy)")
-    worrying = {outcome for outcome, line in told.items() if line.level == "WARN"}
+    worrying = {outcome for outcome, line in message.items() if line.level == "WARN"}
     assert worrying == {"orphaned", "doubt", "storage"}
 
 

@@ -8,81 +8,81 @@ from tests.support.fake_telemetry import FakeTelemetry
 
 
 @pytest.fixture
-def heard() -> FakeTelemetry:
+def sample() -> FakeTelemetry:
     return FakeTelemetry()
 
 
-def words(heard: FakeTelemetry) -> str:
-    return "\n".join(now_in_words(heard.spectator))
+def words(sample: FakeTelemetry) -> str:
+    return "\n".join(now_in_words(sample.view))
 
 
-def test_nobody_is_looked_for(heard: FakeTelemetry) -> None:
+def test_nobody_is_looked_for(sample: FakeTelemetry) -> None:
     """As long as nothing at all was heard."""
-    assert "Looking for a colony" in words(heard)
-    heard.join(0)
-    assert "Looking" not in words(heard)
+    assert "Looking for a colony" in words(sample)
+    sample.join(0)
+    assert "Looking" not in words(sample)
 
 
-def test_who_is_alive_and_who_is_gone_is_counted(heard: FakeTelemetry) -> None:
+def test_who_is_alive_and_who_is_gone_is_counted(sample: FakeTelemetry) -> None:
     """A robot that has just come is not gone, even before anybody has looked."""
-    heard.join(0)
-    assert words(heard).startswith("### 1 robot alive\n")
-    heard.come(1, 2)
-    assert words(heard).startswith("### 1 robot alive\n")
-    heard.pass_s(0.5)
-    heard.go(2)
-    heard.pass_s(0.5)
-    assert words(heard).startswith("### 2 robots alive, 1 gone\n")
+    sample.join(0)
+    assert words(sample).startswith("### 1 robot alive\n")
+    sample.come(1, 2)
+    assert words(sample).startswith("### 1 robot alive\n")
+    sample.pass_s(0.5)
+    sample.go(2)
+    sample.pass_s(0.5)
+    assert words(sample).startswith("### 2 robots alive, 1 gone\n")
 
 
-def test_an_arena_tells_its_time_and_how_many_bodies_it_has(heard: FakeTelemetry) -> None:
+def test_an_arena_tells_its_time_and_how_many_bodies_it_has(sample: FakeTelemetry) -> None:
     """Until it is gone; one of which nothing was seen that could be shown says nothing."""
-    heard.hear("alive", ArenaKeys("lab").alive(7, "a"))
-    heard.hear("alive", ArenaKeys("liar").alive(7, "a"))
-    heard.scene((0, 0.0, 0.0), (1, 0.5, 0.0), tick=18_305)
-    heard.scene((0, 0.0, 0.0), arena="liar", period_s=float("nan"))
-    heard.pass_s(0.5)
-    assert "- arena **lab**: 1:01:01 of its time, 2 bodies" in words(heard)
-    assert "liar" not in words(heard)
-    heard.hear("gone", ArenaKeys("lab").alive(7, "a"))
-    assert "- arena **lab** is gone" in words(heard)
+    sample.on_event("alive", ArenaKeys("lab").alive(7, "a"))
+    sample.on_event("alive", ArenaKeys("liar").alive(7, "a"))
+    sample.scene((0, 0.0, 0.0), (1, 0.5, 0.0), tick=18_305)
+    sample.scene((0, 0.0, 0.0), arena="liar", period_s=float("nan"))
+    sample.pass_s(0.5)
+    assert "- arena **lab**: 1:01:01 of its time, 2 bodies" in words(sample)
+    assert "liar" not in words(sample)
+    sample.on_event("gone", ArenaKeys("lab").alive(7, "a"))
+    assert "- arena **lab** is gone" in words(sample)
 
 
-def test_a_colony_is_summed_up(heard: FakeTelemetry) -> None:
+def test_a_colony_is_summed_up(sample: FakeTelemetry) -> None:
     """Each mating once, though two robots count it; generations from the first to the last."""
-    heard.join(0, generation=4, energy=0.5, matings=3000, conceptions=1200, captures=5)
-    heard.join(1, generation=6, energy=0.3, matings=1000, conceptions=34, captures=6)
-    heard.join(2, colony="red", generation=1, doubts=0, orphaned=0)
-    blue = words(heard).partition("**red**")[0]
+    sample.join(0, generation=4, energy=0.5, matings=3000, conceptions=1200, captures=5)
+    sample.join(1, generation=6, energy=0.3, matings=1000, conceptions=34, captures=6)
+    sample.join(2, colony="red", generation=1, doubts=0, orphaned=0)
+    blue = words(sample).partition("**red**")[0]
     assert "**blue**: generation 4 to 6" in blue
     assert "- mean energy 0.40" in blue
     assert "- 2,000 matings, 1,234 offspring conceived" in blue
     assert "- 11 batteries captured" in blue
-    assert "**red**: generation 1\n" in words(heard)
+    assert "**red**: generation 1\n" in words(sample)
 
 
-def test_matings_in_doubt_are_said_where_there_are_any(heard: FakeTelemetry) -> None:
+def test_matings_in_doubt_are_said_where_there_are_any(sample: FakeTelemetry) -> None:
     """And nothing of them where there are none."""
-    heard.join(0, doubts=0, orphaned=0)
-    heard.join(1, colony="green", doubts=3, orphaned=0)
-    heard.join(2, colony="red", doubts=0, orphaned=1)
-    blue, _, others = words(heard).partition("**green**")
+    sample.join(0, doubts=0, orphaned=0)
+    sample.join(1, colony="green", doubts=3, orphaned=0)
+    sample.join(2, colony="red", doubts=0, orphaned=1)
+    blue, _, others = words(sample).partition("**green**")
     green, _, red = others.partition("**red**")
     assert "doubt" not in blue
     assert "- 3 matings in doubt, 0 orphaned" in green
     assert "- 0 matings in doubt, 1 orphaned" in red
 
 
-def test_rates_are_said_once_they_are_known(heard: FakeTelemetry) -> None:
+def test_rates_are_said_once_they_are_known(sample: FakeTelemetry) -> None:
     """Of a robot in a minute."""
-    heard.join(0, 1, matings=0, captures=0)
-    heard.spectator.update_rates(heard.at_s)
-    assert "minute" not in words(heard)
-    heard.pass_s(30.0)
-    heard.state(0, 1, matings=2, captures=3)
-    heard.pass_s(0.5)
-    heard.spectator.update_rates(heard.at_s)
-    assert "- in a robot's minute 3.93 matings, 5.90 batteries" in words(heard)
+    sample.join(0, 1, matings=0, captures=0)
+    sample.view.update_rates(sample.at_s)
+    assert "minute" not in words(sample)
+    sample.pass_s(30.0)
+    sample.state(0, 1, matings=2, captures=3)
+    sample.pass_s(0.5)
+    sample.view.update_rates(sample.at_s)
+    assert "- in a robot's minute 3.93 matings, 5.90 batteries" in words(sample)
 
 
 @pytest.mark.parametrize(

@@ -43,7 +43,12 @@ class PlainRobot:
         life: Life,
         rodent: CyberRodent,
     ) -> None:
-        self.learning, self.life, self.rodent, self.stream = learning, life, rodent, stream
+        self.learning, self.life, self.rodent, self.stream = (
+            learning,
+            life,
+            rodent,
+            stream,
+        )
         self.agents = [decode(genes, learning) for genes in genotypes]
         self.range = np.array([rodent.camera_range_m, rodent.camera_half_angle_rad])
         self.counts = np.array([learning.distance_tiles, learning.bearing_tiles])

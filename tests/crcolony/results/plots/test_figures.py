@@ -293,8 +293,8 @@ class TestManyRuns:
     ) -> None:
         """And how many runs there are; a single one has no band."""
         folders = [
-            comparison / arm / f"seed-{seed}"
-            for arm, size in zip(("implicit", "central"), sizes, strict=True)
+            comparison / condition / f"seed-{seed}"
+            for condition, size in zip(("implicit", "central"), sizes, strict=True)
             for seed in range(1, size + 1)
         ]
         figure = drawn(folders, draw_matings)
@@ -318,7 +318,7 @@ class TestManyRuns:
     def test_a_run_of_a_comparison_that_has_just_begun_does_not_count(self, copy: Path) -> None:
         """While the others can be drawn already."""
         (copy / "central" / "seed-3" / "generations.csv").unlink()
-        assert [arm.label for arm in read_conditions([copy])] == [
+        assert [condition.label for condition in read_conditions([copy])] == [
             "implicit (3 runs)",
             "central (2 runs)",
         ]
@@ -328,8 +328,10 @@ class TestArms:
     """Which runs belong together, and what they are called."""
 
     @staticmethod
-    def named(arms: Sequence[Condition]) -> dict[str, list[str]]:
-        return {arm.name: [one.folder.name for one in arm.runs] for arm in arms}
+    def named(conditions: Sequence[Condition]) -> dict[str, list[str]]:
+        return {
+            condition.name: [one.folder.name for one in condition.runs] for condition in conditions
+        }
 
     def test_runs_that_differ_only_in_seed_are_one_arm(self, comparison: Path) -> None:
         """It needs no name."""
@@ -338,7 +340,7 @@ class TestArms:
 
     def test_other_arms_are_named_by_what_differs(self, comparison: Path) -> None:
         """In the order in which they are given."""
-        folders = [comparison / arm / "seed-1" for arm in ("central", "implicit")]
+        folders = [comparison / condition / "seed-1" for condition in ("central", "implicit")]
         assert self.named(read_conditions(folders)) == {
             "selection = central": ["seed-1"],
             "selection = implicit": ["seed-1"],
@@ -348,9 +350,9 @@ class TestArms:
         self, comparison: Path, tmp_path: Path
     ) -> None:
         """And the one that has the defaults is what the others are compared with."""
-        arms = [comparison / arm / "seed-1" for arm in ("implicit", "central")]
+        conditions = [comparison / condition / "seed-1" for condition in ("implicit", "central")]
         larger = run(tmp_path / "larger", small("robots=5", "selection=central"))
-        assert [arm.name for arm in read_conditions([*arms, larger])] == [
+        assert [condition.name for condition in read_conditions([*conditions, larger])] == [
             "baseline",
             "selection = central",
             "robots = 5, selection = central",
@@ -362,19 +364,21 @@ class TestArms:
             run(tmp_path / "1", small("seed=1")),
             run(tmp_path / "2", small("seed=2", "generations=2")),
         ]
-        (arm,) = read_conditions(folders)
-        assert arm.describe() == "2 runs: generations 0 to 1; fewer than 2 runs go on to 2"
+        (condition,) = read_conditions(folders)
+        assert condition.describe() == "2 runs: generations 0 to 1; fewer than 2 runs go on to 2"
 
     def test_arms_that_differ_in_much_are_named_by_their_folders(self, tmp_path: Path) -> None:
         """A legend has no room for it."""
         other = small("robots=3", "learning.shaping=false", "life.slices=1", "arena.packs=5")
         folders = [run(tmp_path / "one", small()), run(tmp_path / "other", other)]
-        assert [arm.name for arm in read_conditions(folders)] == [str(folder) for folder in folders]
+        assert [condition.name for condition in read_conditions(folders)] == [
+            str(folder) for folder in folders
+        ]
 
     def test_comparisons_of_other_settings_are_not_mixed_up(self, copy: Path) -> None:
         """Where two arms have a folder of the same name, settings tell them apart."""
         run(copy / "more" / "implicit" / "seed-1", small("robots=3"))
-        names = {arm.name for arm in read_conditions([copy, copy / "more"])}
+        names = {condition.name for condition in read_conditions([copy, copy / "more"])}
         assert names == {"baseline", "selection = central", "robots = 3"}
 
     def test_no_run_counts_twice(self, comparison: Path, copy: Path) -> None:
@@ -509,9 +513,9 @@ class TestRefusals:
 
     def test_more_arms_than_a_figure_can_tell_apart(self, comparison: Path) -> None:
         """Seven."""
-        (arm, *_) = read_conditions([comparison])
+        (condition, *_) = read_conditions([comparison])
         with pytest.raises(PlotError, match="7 settings: a figure can tell 6 apart"):
-            draw_figures(7 * [arm])
+            draw_figures(7 * [condition])
 
     def test_output_that_cannot_be_written(self, copy: Path) -> None:
         """A file is in the way; nothing is left half-written."""

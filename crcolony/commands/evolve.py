@@ -42,7 +42,7 @@ def _evolve(options: argparse.Namespace) -> int:
         return _evolve_seeds(options)
     if options.compare:
         raise UsageError("--compare needs --seeds")
-    if options.resume_run:
+    if options.resume:
         return _resume(options)
     from crcolony.in_process.progress_display import run_in_terminal
     from crcolony.in_process.run import start_run
@@ -74,11 +74,11 @@ def _evolve_seeds(options: argparse.Namespace) -> int:
         raise UsageError(f"--seeds {options.seeds}: must be at least 1")
     if options.minutes is not None:
         raise UsageError("--minutes does not go with --seeds")
-    if options.resume_run and options.out is None:
+    if options.resume and options.out is None:
         raise UsageError("--resume needs --out, the folder to go on in")
     config = load(options.config, settings_of(options))
     if config.generations == 0:
         raise UsageError("--generations 0 does not go with --seeds: such a run has no end")
     out = options.out or new_folder()
     say_if_compiling()
-    return run_survival(config, options.seeds, out, options.compare, options.resume_run)
+    return run_survival(config, options.seeds, out, options.compare, options.resume)

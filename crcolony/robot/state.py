@@ -113,7 +113,15 @@ class Robots(NamedTuple):
     """scratch (M,)"""
 
 
-SCRATCH = ("values", "chances", "next_tiles", "place", "along", "across", "visible")
+SCRATCH = (
+    "values",
+    "chances",
+    "next_tiles",
+    "scratch_state",
+    "scratch_distance",
+    "scratch_bearing",
+    "visible",
+)
 """Fields that carry nothing from one step to the next."""
 
 DIED, MET, SLICE_OVER = 1, 2, 4

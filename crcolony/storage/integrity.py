@@ -13,7 +13,7 @@ class Head:
 
     robot: str
     schema: bytes
-    incarnation: int = 0
+    life: int = 0
     serial: int = 0
     newest: int = 0
     older: int = 0
@@ -43,9 +43,9 @@ def check(database: sqlite3.Connection, path: Path) -> Checked:
     for (finding,) in database.execute("PRAGMA integrity_check(1)"):
         if finding != "ok":
             raise StorageError(f"{path}: corrupt: {finding.splitlines()[0]}")
-    rows = list(select(database, "SELECT * FROM head"))
-    if len(rows) != 1 or rows[0].pop("digest") != digest_of("head", rows[0]):
-        raise StorageError(f"{path}: corrupt: the row of table head is damaged")
+    rows = list(select(database, "SELECT * FROM memory"))
+    if len(rows) != 1 or rows[0].pop("digest") != digest_of("memory", rows[0]):
+        raise StorageError(f"{path}: corrupt: the row of table memory is damaged")
     head = Head(**rows[0])
     if head.layout != _layout(database):
         raise StorageError(f"{path}: corrupt: its tables are not as they were")
@@ -78,5 +78,5 @@ def _damaged_snapshots(database: sqlite3.Connection, head: Head, path: Path) -> 
 def _layout(database: sqlite3.Connection) -> bytes:
     """Return a digest of the tables' definitions; what an analyst adds (an index, a view) does not matter."""
     query = "SELECT name, sql FROM sqlite_schema WHERE type = 'table' AND name IN (?, ?, ?, ?)"
-    tables = database.execute(query, ("head", "encounters", "events", "snapshots")).fetchall()
+    tables = database.execute(query, ("memory", "encounters", "events", "snapshots")).fetchall()
     return digest_of("sqlite_schema", dict(tables))

@@ -69,9 +69,7 @@ def _store(database: sqlite3.Connection, checked: Checked, path: Path) -> Stored
     matings = [(record_of(row), decision_of(row)) for row in rows]
     robot = bytes.fromhex(head.robot)
     if not base:
-        return StoredRobot(
-            robot, head.incarnation, head.schema, matings, [], None, None, None, None, []
-        )
+        return StoredRobot(robot, head.life, head.schema, matings, [], None, None, None, None, [])
     try:
         saved, snapshot = snapshot_of(database, base)
         query = "SELECT body FROM events WHERE seq <= ? ORDER BY seq"
@@ -81,7 +79,7 @@ def _store(database: sqlite3.Connection, checked: Checked, path: Path) -> Stored
         raise StorageError(f"{path}: corrupt: {error}") from None
     return StoredRobot(
         robot,
-        head.incarnation,
+        head.life,
         head.schema,
         matings,
         events,

@@ -53,7 +53,7 @@ class Decision:
 
 def head_of(database: sqlite3.Connection) -> Head:
     """Return the one row of `memory`."""
-    row = find(database, "SELECT * FROM head")
+    row = find(database, "SELECT * FROM memory")
     assert row is not None, "it was there when the memory was opened"
     del row["digest"]
     return Head(**row)
@@ -79,7 +79,7 @@ def record_of(row: Mapping[str, Any]) -> EncounterRecord:
     encounter = Encounter(
         bytes.fromhex(row["initiator"]),
         bytes.fromhex(row["responder"]),
-        row["incarnation"],
+        row["life"],
         row["count"],
     )
     has_partner = row["partner_agent"] is not None
@@ -116,7 +116,7 @@ def row_of(record: EncounterRecord) -> dict[str, Any]:
     return {
         "initiator": encounter.initiator.hex(),
         "responder": encounter.responder.hex(),
-        "incarnation": encounter.incarnation,
+        "life": encounter.incarnation,
         "count": encounter.count,
         "role": record.role,
         "state": record.state,

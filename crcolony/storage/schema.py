@@ -17,10 +17,10 @@ APPLICATION_ID = 0x43524D59  # "CRMY", what `file` shows of a robot file
 
 MIGRATIONS = (
     """
-    CREATE TABLE head (
+    CREATE TABLE memory (
         robot TEXT PRIMARY KEY,  -- whose memory this is, 32 hex digits
         schema BLOB NOT NULL,    -- digest of its genome schema
-        incarnation INTEGER NOT NULL,   -- number of its present start
+        life INTEGER NOT NULL,   -- number of its present start
         serial INTEGER NOT NULL, -- number of the last transaction
         newest INTEGER NOT NULL, -- serial of the newest snapshot, 0 if there is none
         older INTEGER NOT NULL,  -- and of the one before it
@@ -32,7 +32,7 @@ MIGRATIONS = (
         seq INTEGER PRIMARY KEY,   -- 1, 2, 3, ... without gaps
         initiator TEXT NOT NULL,   -- robot ids are 32 hex digits
         responder TEXT NOT NULL,
-        incarnation INTEGER NOT NULL,     -- of the initiator, at its proposal
+        life INTEGER NOT NULL,     -- of the initiator, at its proposal
         count INTEGER NOT NULL,    -- of its proposals in that incarnation
         role TEXT NOT NULL,        -- of this robot: initiator or responder
         state TEXT NOT NULL,       -- decided, prepared, mated or aborted
@@ -52,7 +52,7 @@ MIGRATIONS = (
         stream BLOB,               -- its randomness after the decision
         serial INTEGER,            -- of the transaction that decided
         digest BLOB NOT NULL,
-        UNIQUE (initiator, responder, incarnation, count)
+        UNIQUE (initiator, responder, life, count)
     );
     CREATE TABLE events (
         seq INTEGER PRIMARY KEY, -- 1, 2, 3, ... without gaps
@@ -95,7 +95,7 @@ def recognise(database: sqlite3.Connection, path: Path) -> bool:
 def create(database: sqlite3.Connection, robot: str, schema: bytes) -> None:
     """Make the tables of a new memory, in one transaction."""
     database.executescript("BEGIN IMMEDIATE;" + "".join(MIGRATIONS))
-    put(database, "head", vars(Head(robot, schema, layout=_layout(database))))
+    put(database, "memory", vars(Head(robot, schema, layout=_layout(database))))
     database.execute(f"PRAGMA application_id = {APPLICATION_ID}")
     database.execute(f"PRAGMA user_version = {len(MIGRATIONS)}")
     database.execute("COMMIT")
@@ -129,4 +129,4 @@ def _seal_again(database: sqlite3.Connection, checked: Checked) -> None:
     for row in list(select(database, "SELECT * FROM snapshots")):
         if row["serial"] not in checked.damaged:
             put(database, "snapshots", row)
-    put(database, "head", vars(head))
+    put(database, "memory", vars(head))

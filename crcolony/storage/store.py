@@ -105,7 +105,7 @@ class RobotStore:
             create(database, robot.hex(), schema)
             database.execute("PRAGMA wal_checkpoint(TRUNCATE)")  # now the main file says what it is
         database.execute("BEGIN IMMEDIATE")  # a file that may only be read is told here, not later
-        database.execute("UPDATE head SET incarnation = incarnation")
+        database.execute("UPDATE memory SET life = life")
         database.execute("ROLLBACK")
         checked = check(database, self.path)
         head, self._damaged = checked.head, checked.damaged
@@ -119,8 +119,8 @@ class RobotStore:
     def begin_incarnation(self, unix_s: int) -> int:
         """Return the number of this start, on disk by then: it grows though clocks jump and memories get lost."""
         with self._transaction() as known:
-            known.head.incarnation = max(known.head.incarnation + 1, unix_s)
-        return known.head.incarnation
+            known.head.life = max(known.head.life + 1, unix_s)
+        return known.head.life
 
     def write(
         self,
@@ -233,8 +233,8 @@ class RobotStore:
     def marks(self) -> dict[RobotId, tuple[tuple[int, int], bool]]:
         """Return, of every initiator, its last encounter that this robot was prepared for, and whether it mated."""
         query = """
-            SELECT initiator, incarnation, count, state FROM encounters WHERE role = 'responder'
-            ORDER BY incarnation, count
+            SELECT initiator, life, count, state FROM encounters WHERE role = 'responder'
+            ORDER BY life, count
         """
         with named_errors(self.path):
             return {
@@ -283,7 +283,7 @@ class RobotStore:
                 known = known_of(self._connection)
             known.head.serial += 1
             yield known
-            put(self._connection, "head", vars(known.head))
+            put(self._connection, "memory", vars(known.head))
             self._connection.execute("COMMIT")
             self._known = known
         except (sqlite3.Error, UnicodeDecodeError) as error:  # see named_errors

@@ -123,7 +123,7 @@ class Situations:
                 events.append(
                     (f"is told that {who} is back", methodcaller("handle_peer_online", NOW_S, peer))
                 )
-        events.append(("loses patience", methodcaller("tick", PATIENCE_OVER_S)))
+        events.append(("loses patience", methodcaller("handle_timeouts", PATIENCE_OVER_S)))
         found = list(
             chain.from_iterable(self._outcomes(number, words, event) for words, event in events)
         )
@@ -147,7 +147,7 @@ class Situations:
                 for outcome in self._outcomes(
                     number,
                     words,
-                    methodcaller("meet", NOW_S, peer, nonce, own, nonce),
+                    methodcaller("handle_contact", NOW_S, peer, nonce, own, nonce),
                     message,
                 )
             ]

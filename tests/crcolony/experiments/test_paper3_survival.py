@@ -49,12 +49,12 @@ def test_all_arms_and_seeds_are_run_written_and_reported(tmp_path: Path) -> None
     assert done.returncode == 0, done.stderr
     with (out / "outcomes.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
-    runs = [(row["arm"], row["seed"]) for row in rows]
+    runs = [(row["condition"], row["seed"]) for row in rows]
     conditions = ("central", "implicit", "without shaping")
     assert runs == [(condition, seed) for condition in conditions for seed in ("1", "2", "3")]
     for row in rows:
-        folder = out / row["arm"].replace(" ", "-") / f"seed-{row['seed']}"
-        assert {k: str(v) for k, v in asdict(read_outcome(row["arm"], folder)).items()} == row
+        folder = out / row["condition"].replace(" ", "-") / f"seed-{row['seed']}"
+        assert {k: str(v) for k, v in asdict(read_outcome(row["condition"], folder)).items()} == row
     assert len({row["history_hash"] for row in rows}) == 9
     assert "implicit / central: " in done.stdout
     again = subprocess.run(command(*words), capture_output=True, text=True, timeout=250)

@@ -105,7 +105,7 @@ def test_robots_that_send_messages_live_in_the_embedded_colonys_world() -> None:
             answer = Action(observation.tick, pack_row(robot.step(unpack_row(observation.row))))
             if robot.events & SLICE_OVER:
                 assert robot.hand_over()
-            assert node.act(name, decode_action(encode(answer)))
+            assert node.apply_action(name, decode_action(encode(answer)))
     assert node.tick > 300
 
 
@@ -244,7 +244,7 @@ def test_lockstep_waits_for_everybody_who_has_observed() -> None:
     assert not node.is_ready
     node.apply_action(IDS[1], forward(node))
     assert node.is_ready
-    node.advance()
+    node.step()
     assert ids(node) == [0, 1, 2, 5]
 
 

@@ -321,7 +321,7 @@ class TestResponder:
         assert notes(effects) == ["doubt"]
         assert robot.doubts == 1
         assert not robot.is_engaged
-        assert notes(robot.tick(robot.next_s)) == []
+        assert notes(robot.handle_timeouts(robot.next_s)) == []
         assert len(says(meets(robot, C, OF_B))) == 1
         effects = hears(robot, Commit(AB))
         assert notes(effects) == ["mated", "resolved"]

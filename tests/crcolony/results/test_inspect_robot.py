@@ -93,7 +93,7 @@ def test_words_tell_whose_memory_it_is_and_how_it_mated(
     peer = PEER.id.hex()[:8]
     for words in (
         f"memory of robot {ME.id.hex()}",
-        "life 1, generation 1, saved ",
+        "incarnation 1, generation 1, saved ",
         " at tick 55",
         "encounters: 4 (2 mated, 1 prepared, 1 aborted)",
         "matings: 2 with 1 partner, 1 offspring",

@@ -50,7 +50,7 @@ def test_a_turnover_gives_birth_to_newborns_that_know_nothing() -> None:
     assert all(birth.step == robot.steps == 3 * LIFE.slice_steps for birth in births)
     assert (batch.energies[0] == LIFE.initial_energy).all()
     assert (batch.weights[0] == 0.6 / learning.tilings).all()
-    for name in ("used", "captures", "matings", "lived", "felt"):
+    for name in ("used", "captures", "matings", "steps_alive", "energy_sum"):
         assert not getattr(batch, name)[0].any()
     assert robot.subpopulation.turns.sum() == 1
 

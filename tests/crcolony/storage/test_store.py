@@ -162,7 +162,7 @@ def test_a_damaged_snapshot_gives_way_to_the_one_before(tmp_path: Path) -> None:
     store.save(robot(1), events(1), tick=1)
     record = mate(store, 1)
     store.save(robot(2), events(2), tick=2)
-    newest = "(SELECT newest FROM head)"
+    newest = "(SELECT newest FROM memory)"
     store._connection.execute(f"UPDATE snapshots SET robot = x'00' WHERE serial = {newest}")
     store.close()
     store = open_store(path)
@@ -555,7 +555,7 @@ class AgainstAModel(RuleBasedStateMachine):
     @rule()
     @precondition(lambda self: len(self.snapshots) == 2)
     def lose_newest_snapshot(self) -> None:
-        newest = "(SELECT newest FROM head)"
+        newest = "(SELECT newest FROM memory)"
         query = f"UPDATE snapshots SET robot = x'01' WHERE serial = {newest}"
         self.store._connection.execute(query)
         self.snapshots.pop()

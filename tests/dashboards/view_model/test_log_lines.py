@@ -30,7 +30,7 @@ def said(event: RobotEvent, robot: int = 0) -> Line | None:
 
 
 @pytest.mark.parametrize(
-    ("news", "line"),
+    ("changes", "line"),
     [
         (RobotJoined(IDS[1]), Line("presence", "#1 is here")),
         (RobotLeft(IDS[1]), Line("presence", "#1 is gone", "WARN")),

@@ -1,9 +1,9 @@
-"""Where everything that arrives waits for the one loop of a process: bounded, and what bodies say comes first."""
+"""The inbox of a process: every event that arrives waits here for its one loop, and those of bodies come first."""
 
-import threading
-from collections import deque
+import math
 from queue import Empty, SimpleQueue
 
+from crcolony.transport.bounded_queue import BoundedQueue
 from crcolony.transport.interface import (
     ActionReceived,
     EnvelopeReceived,
@@ -14,80 +14,67 @@ from crcolony.transport.interface import (
     SceneReceived,
 )
 
-_MAX_WAITING, _MAX_BYTES = 2048, 8 * 2**20
-"""What waits to be looked at, at most; beyond it, it is dropped and counted. Presence is never dropped."""
+_MAX_EVENTS = 2048
+"""Urgent events that wait, and as many others; further ones are dropped and counted."""
+_MAX_BYTES = 8 * 2**20
+"""Bytes of messages that wait and are not urgent."""
+_URGENT = (ObservationReceived, ActionReceived, JoinReplyReceived)
+"""Events of a control step."""
 
 
 class Inbox:
-    """What has arrived and waits for the one loop of the process. What bodies and minds say is looked at first.
+    """A bounded queue with two priorities: observations, actions and replies of the arena precede all other events.
 
-    So a flood of letters and questions makes no control step late, and no flood of anything fills the memory.
+    So a flood of envelopes and queries makes no control step late, and no flood of anything fills the memory. Events of
+    presence (a robot or an arena comes online or goes offline) are never dropped.
     """
 
     def __init__(self) -> None:
-        self.dropped = 0
-        self._first: SimpleQueue[InboundEvent | None] = SimpleQueue()
-        self._later: deque[InboundEvent] = deque()
-        self._bytes = 0
-        """Of the letters and questions in `_later`"""
-        self._lock = threading.Lock()
+        self._urgent: SimpleQueue[InboundEvent | None] = SimpleQueue()
+        """`None` wakes the loop; a `SimpleQueue` may be used in a signal handler."""
+        self._others = BoundedQueue[InboundEvent](_MAX_EVENTS, _MAX_BYTES)
+        self._dropped_urgent = 0
+
+    @property
+    def dropped(self) -> int:
+        """Events that were dropped because too many waited."""
+        return self._dropped_urgent + self._others.dropped
 
     def deliver(self, event: InboundEvent) -> None:
-        """Enqueue, from any thread."""
-        if isinstance(event, ObservationReceived | ActionReceived | JoinReplyReceived):
-            if self._first.qsize() < _MAX_WAITING:
-                self._first.put(event)
+        """Enqueue an event, from any thread."""
+        if isinstance(event, _URGENT):
+            if self._urgent.qsize() < _MAX_EVENTS:
+                self._urgent.put(event)
             else:
-                self.dropped += 1
-            return
-        with self._lock:
-            size, is_needed = (
-                _size(event),
-                not isinstance(event, EnvelopeReceived | QueryReceived | SceneReceived),
-            )
-            has_room = len(self._later) < _MAX_WAITING and self._bytes + size <= _MAX_BYTES
-            if not (has_room or is_needed):
-                self.dropped += 1
-                return
-            self._bytes += size
-            self._later.append(event)
-        if self._first.empty():
+                self._dropped_urgent += 1
+        elif self._put_other(event) and self._urgent.empty():
             self.wake()
 
+    def _put_other(self, event: InboundEvent) -> bool:
+        match event:
+            case (
+                EnvelopeReceived(envelope=message)
+                | QueryReceived(payload=message)
+                | SceneReceived(scene=message)
+            ):
+                return self._others.put(event, len(message))
+        return self._others.put(event, 0, limit_factor=math.inf)
+
     def wake(self) -> None:
-        """Let whoever waits look around; safe in a signal handler."""
-        self._first.put(None)
+        """Let the loop that waits in `get` continue; safe in a signal handler."""
+        self._urgent.put(None)
 
     def get(self, timeout_s: float) -> InboundEvent | None:
-        """Wait for the next arrival; None after the time, or when woken."""
+        """Wait for the next event and return it; return None after the timeout, or when woken."""
         is_woken = False
         try:
-            while (event := self._first.get(False)) is None:
+            while (event := self._urgent.get(False)) is None:
                 is_woken = True
         except Empty:
-            if is_woken or self._later or timeout_s <= 0.0:
-                return self._next()
+            if is_woken or self._others or timeout_s <= 0.0:
+                return self._others.get()
             try:
-                event = self._first.get(timeout=timeout_s)
+                event = self._urgent.get(timeout=timeout_s)
             except Empty:
                 return None
-        return event or self._next()
-
-    def _next(self) -> InboundEvent | None:
-        with self._lock:
-            if not self._later:
-                return None
-            event = self._later.popleft()
-            self._bytes -= _size(event)
-            return event
-
-
-def _size(event: InboundEvent) -> int:
-    match event:
-        case (
-            EnvelopeReceived(envelope=data)
-            | QueryReceived(payload=data)
-            | SceneReceived(scene=data)
-        ):
-            return len(data)
-    return 0
+        return event or self._others.get()

@@ -1,4 +1,4 @@
-"""The inbox of a process: what bodies say comes first, what strangers say is bounded, and nobody waits in vain."""
+"""The inbox of a process returns events of bodies first, is bounded, and wakes its loop for every event."""
 
 import threading
 
@@ -13,73 +13,73 @@ from crcolony.transport.interface import (
 )
 
 ROBOT = bytes(16)
-SEEN, GONE = RobotOnline(ROBOT, 1, "s"), RobotOffline(ROBOT, 1, "s")
-OBSERVED = ObservationReceived(ROBOT, b"observation")
+ONLINE, OFFLINE = RobotOnline(ROBOT, 1, "s"), RobotOffline(ROBOT, 1, "s")
+OBSERVATION = ObservationReceived(ROBOT, b"observation")
 
 
-def mail(number: int, size: int = 8) -> EnvelopeReceived:
+def envelope(number: int, size: int = 8) -> EnvelopeReceived:
     return EnvelopeReceived(ROBOT, number.to_bytes(size, "big"))
 
 
 def all_in(inbox: Inbox) -> list[InboundEvent]:
-    """Return all that waits, in the order in which it is looked at."""
+    """Return all events that wait, in the order in which the loop gets them."""
     waiting = []
     while (event := inbox.get(0.0)) is not None:
         waiting.append(event)
     return waiting
 
 
-def test_an_observation_is_looked_at_before_letters_that_came_earlier() -> None:
-    """So that no flood of letters makes a control step late."""
+def test_an_observation_precedes_envelopes_that_arrived_earlier() -> None:
+    """So no flood of envelopes makes a control step late."""
     inbox = Inbox()
-    for event in (mail(1), mail(2), OBSERVED):
+    for event in (envelope(1), envelope(2), OBSERVATION):
         inbox.deliver(event)
-    assert all_in(inbox) == [OBSERVED, mail(1), mail(2)]
+    assert all_in(inbox) == [OBSERVATION, envelope(1), envelope(2)]
 
 
-def test_letters_and_presence_keep_their_order() -> None:
-    """What a robot said before it left is looked at before its leaving."""
+def test_envelopes_and_presence_keep_their_order() -> None:
+    """An envelope that a robot sent before it left is handled before its leaving."""
     inbox = Inbox()
-    inbound: list[InboundEvent] = [SEEN, mail(1), GONE, mail(2)]
+    inbound: list[InboundEvent] = [ONLINE, envelope(1), OFFLINE, envelope(2)]
     for event in inbound:
         inbox.deliver(event)
     assert all_in(inbox) == inbound
 
 
-def test_letters_beyond_the_limit_are_dropped_and_counted_but_presence_never() -> None:
-    """A robot that comes or goes is noticed in the midst of a flood."""
+def test_envelopes_beyond_the_limit_are_dropped_and_counted_but_presence_never() -> None:
+    """A robot that goes offline is noticed in the middle of a flood."""
     inbox = Inbox()
     for number in range(3000):
-        inbox.deliver(mail(number))
+        inbox.deliver(envelope(number))
     inbox.deliver(QueryReceived("history", ROBOT, b"?", lambda _: None))
-    inbox.deliver(GONE)
+    inbox.deliver(OFFLINE)
     waiting = all_in(inbox)
-    assert waiting == [*map(mail, range(2048)), GONE]
+    assert waiting == [*map(envelope, range(2048)), OFFLINE]
     assert inbox.dropped == 3000 - 2048 + 1
 
 
-def test_what_waits_is_bounded_in_bytes() -> None:
-    """Letters as long as they may be do not fill the memory; room that was made is used again."""
+def test_the_inbox_is_bounded_in_bytes() -> None:
+    """Envelopes of the maximum length do not fill the memory, and room that becomes free is used again."""
     inbox = Inbox()
     for _ in range(2):
         for number in range(1000):
-            inbox.deliver(mail(number, size=65_536))
+            inbox.deliver(envelope(number, size=65_536))
         assert len(all_in(inbox)) == 128
     assert inbox.dropped == 2 * (1000 - 128)
 
 
 def test_observations_beyond_the_limit_are_dropped_and_counted() -> None:
-    """Even what comes first does not fill the memory."""
+    """Urgent events do not fill the memory either."""
     inbox = Inbox()
     for _ in range(3000):
-        inbox.deliver(OBSERVED)
+        inbox.deliver(OBSERVATION)
     assert len(all_in(inbox)) == 2048
     assert inbox.dropped == 3000 - 2048
 
 
-def test_whoever_waits_is_woken_by_every_kind_of_arrival() -> None:
-    """By an observation, a letter, a robot that comes, and by `wake`, which brings nothing."""
-    for delivered in (OBSERVED, mail(1), SEEN, None):
+def test_every_kind_of_event_wakes_the_loop() -> None:
+    """An observation, an envelope, a robot that comes online, and `wake`, which delivers nothing."""
+    for delivered in (OBSERVATION, envelope(1), ONLINE, None):
         inbox = Inbox()
         got: list[InboundEvent | None] = []
 
@@ -96,15 +96,15 @@ def test_whoever_waits_is_woken_by_every_kind_of_arrival() -> None:
         assert got == [delivered]
 
 
-def test_no_letter_is_missed_whatever_the_order_of_threads() -> None:
-    """Four threads deliver 2,000 letters each, in small parts, to one that never waits longer than it must."""
+def test_no_envelope_is_lost_between_threads() -> None:
+    """Four threads deliver 2,000 envelopes each, in small parts, to a loop that never waits longer than it must."""
     inbox = Inbox()
     got: list[InboundEvent] = []
     taken = threading.Semaphore(0)
 
     def deliver() -> None:
         for number in range(2000):
-            inbox.deliver(mail(number))
+            inbox.deliver(envelope(number))
             if number % 50 == 49:
                 assert taken.acquire(timeout=10.0)
 

@@ -1,1 +1,1 @@
-"""What was heard of colonies, kept: recorded, lived again, told again from a history, or turned into tables."""
+"""Telemetry of runs: recorded, re-simulated, or synthesised from a history; exported as tables."""

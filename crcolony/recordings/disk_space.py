@@ -1,15 +1,15 @@
-"""Room on the disk: what a dashboard records ends before it is full, for the sake of robots' memories."""
+"""Recordings stop before the disk is full: robots on the same disk need the room for their state."""
 
 import errno
 import os
 import shutil
 from pathlib import Path
 
-_ROOM_BYTES = 32 * 2**20
-"""That are left for others"""
+_MIN_FREE_BYTES = 32 * 2**20
+"""Left to robots."""
 
 
 def check_room(folder: Path) -> None:
-    """Raise OSError (ENOSPC) if so little room is left that nothing more is to be recorded, or what the disk says."""
-    if shutil.disk_usage(folder).free < _ROOM_BYTES:
+    """Raise OSError (ENOSPC) if the disk of a folder is nearly full, or the error of the disk itself."""
+    if shutil.disk_usage(folder).free < _MIN_FREE_BYTES:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

@@ -1,4 +1,4 @@
-"""Parquet files that are written row by row, in pieces of bounded size, and are there all at once or not at all."""
+"""Parquet files that are written row by row with bounded memory, all of them or none."""
 
 import contextlib
 from collections.abc import Iterable, Iterator, Mapping
@@ -9,16 +9,18 @@ from typing import Any
 from crcolony.recordings.tables import Columns, Row
 
 _GROUP_ROWS = 20_000
-"""That wait in memory, of every table"""
+"""Rows of a table that are kept in memory before they are written."""
 _INTEGERS = range(-(2**63), 2**63)
+"""The values of a column of integers."""
 _DRAFT = ".part"
+"""Suffix of a file that is not complete."""
 
 
 @contextlib.contextmanager
 def table_files(folder: Path, tables: Mapping[str, Columns]) -> Iterator[dict[str, "TableFile"]]:
-    """Write files `NAME.parquet` of some tables into a folder; if an exception comes, it stays as it was.
+    """Write files `NAME.parquet` of some tables into a folder; after an exception the folder is as it was before.
 
-    Raises OSError if something cannot be written.
+    Raises OSError if a file cannot be written.
     """
     is_new = not folder.exists()
     drafts = {name: folder / f"{name}.parquet{_DRAFT}" for name in tables}
@@ -41,7 +43,7 @@ def table_files(folder: Path, tables: Mapping[str, Columns]) -> Iterator[dict[st
 
 
 class TableFile:
-    """One of them."""
+    """One Parquet file that is being written."""
 
     def __init__(self, path: Path, columns: Columns) -> None:
         import pyarrow as pa  # type: ignore[import-untyped]
@@ -55,13 +57,13 @@ class TableFile:
         self._rows: list[Row] = []
 
     def add(self, row: Row) -> None:
-        """Add a row, with a value or None in every column."""
+        """Append a row, with a value or None in every column."""
         self._rows.append(row)
         if len(self._rows) >= _GROUP_ROWS:
             self._flush()
 
     def add_all(self, rows: Iterable[Row]) -> None:
-        """Add rows."""
+        """Append rows."""
         for row in rows:
             self.add(row)
 
@@ -78,7 +80,7 @@ class TableFile:
             self._flush()
             self._writer.close()
         else:
-            with contextlib.suppress(OSError):  # it is thrown away
+            with contextlib.suppress(OSError):  # the file is discarded
                 self._writer.close()
 
     def _flush(self) -> None:
@@ -95,7 +97,7 @@ class TableFile:
 
 
 def _array(values: list[Any], type_: Any) -> Any:
-    """Return a column; integers that are none of 64 bits (anybody can tell them) are left out."""
+    """Return a column; integers beyond 64 bits, which anyone can publish, become null."""
     import pyarrow as pa
 
     try:

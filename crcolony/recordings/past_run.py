@@ -1,4 +1,4 @@
-"""A run as its results folder has it: settings, robots, history. Every way to run a colony leaves such a folder."""
+"""A finished run, read from its results folder: settings, robots and history."""
 
 import contextlib
 import heapq
@@ -21,7 +21,7 @@ from crcolony.storage.reading import read_stored_robot
 from crcolony.storage.sql import StorageError
 
 COLONY = "colony"
-"""What a colony is called that nobody has named"""
+"""The name of a colony without a name of its own."""
 _TABLES: tuple[tuple[str, type[Event], int], ...] = (
     ("deaths", Died, 0),
     ("matings", Mated, 1),
@@ -29,41 +29,41 @@ _TABLES: tuple[tuple[str, type[Event], int], ...] = (
     ("lives", Lived, 2),
     ("births", Born, 3),
 )
-"""Of a history, and what comes first in a tick"""
+"""The tables of a history, their events, and the order of the events within a tick."""
 
 
 class PastRunError(CrcolonyError):
-    """A results folder does not tell of its run: the message names the file and the reason."""
+    """A results folder does not describe its run: the message names the file and the reason."""
 
 
 @dataclass(frozen=True)
 class PastRun:
-    """What is known of a run."""
+    """A finished run."""
 
     folder: Path
     config: Config
     colony: str
     robots: tuple[RobotId, ...]
-    """By their numbers in the history"""
+    """By their numbers in the history."""
     generations: int
-    """That all robots have ended"""
+    """Generations that all robots have finished"""
     history_hash: str
     start_unix_ms: int
-    """When its folder was made"""
+    """When its folder was created"""
 
     @property
     def history(self) -> Path:
-        """Where its history is."""
+        """Path of its history."""
         return self.folder / "history.sqlite"
 
     @property
     def is_repeatable(self) -> bool:
-        """Whether its robots are those of an embedded or lockstep colony, which the config alone decides."""
+        """Whether it can be re-simulated: its robots are those of an in-process or lockstep colony of this config."""
         return self.robots == _seeded_robots(self.config, self.colony)
 
 
 def read_run(folder: Path) -> PastRun:
-    """Read what a folder says of its run; raises PastRunError, or ConfigError."""
+    """Read a results folder; raises PastRunError, or ConfigError."""
     settings, path = folder / "config.toml", folder / "run.json"
     if not settings.is_file():
         raise PastRunError(f"{folder}: no results folder: config.toml is missing")
@@ -86,7 +86,7 @@ def read_run(folder: Path) -> PastRun:
     except OSError as error:
         raise PastRunError(f"{path}: cannot be read: {error.strerror}") from None
     except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise PastRunError(f"{path}: does not tell of a run: {error}") from None
+        raise PastRunError(f"{path}: not a description of a run: {error}") from None
 
 
 def _seeded_robots(config: Config, colony: str) -> tuple[RobotId, ...]:
@@ -101,9 +101,9 @@ def _ids(names: list[str]) -> tuple[RobotId, ...]:
 
 
 def _colony_of(folder: Path) -> str:
-    """Return the colony's name, which robots remember."""
+    """Return the name of the colony, as its robots have stored it."""
     for store in sorted(folder.glob("robots/*/robot.sqlite")):
-        with contextlib.suppress(StorageError):  # the next one remembers it as well
+        with contextlib.suppress(StorageError):  # the next robot has stored it as well
             colony = read_stored_robot(store).colony
             if colony is not None:
                 return colony

@@ -1,4 +1,4 @@
-"""What was heard of a run, wherever that is to be had: recorded, lived again, or told from its history."""
+"""The telemetry of a run, from wherever it can be had: recorded, re-simulated, or synthesised from its history."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -6,32 +6,41 @@ from pathlib import Path
 from crcolony.recordings.past_run import PastRunError, read_run
 from crcolony.recordings.resimulation import Windows, from_history, initial_samples, resimulate
 from crcolony.recordings.telemetry_file import TELEMETRY_FILE, read_samples
-from crcolony.telemetry.colony_monitor import TelemetrySample
+from crcolony.telemetry.samples import (
+    ArenaMetadataSample,
+    RobotMetadataSample,
+    TelemetrySample,
+    parse_sample,
+)
 
 
 def samples_of(path: Path, windows: Windows | None = None) -> Iterator[TelemetrySample]:
-    """Yield what was heard of a run: `path` is a telemetry file, or a folder with one, or a results folder.
+    """Yield the telemetry of a run; `path` is a telemetry file, a folder with one, or a results folder.
 
-    `windows` say what of a run that is lived again is shown in full. Raises TelemetryError, PastRunError or
-    ConfigError at once or while it is read, and HistoryDiffersError when all is read.
+    `windows` are the parts of a re-simulated run with scenes. Raises TelemetryError, PastRunError or ConfigError at
+    once or during the iteration, and HistoryDiffersError at its end.
     """
     file = _recording_in(path)
     if file is not None:
-        return read_samples(file)
+        return map(parse_sample, read_samples(file))
     run = read_run(path)
     return resimulate(run, windows) if run.is_repeatable else from_history(run)
 
 
 def is_recorded(path: Path) -> bool:
-    """Tell whether what was heard is there as it came; raises PastRunError if nothing is there at all."""
+    """Return whether there is a recording; raises PastRunError if there is no such path."""
     return _recording_in(path) is not None
 
 
 def metadata_samples_of(path: Path) -> Iterator[TelemetrySample]:
-    """Yield what robots and arenas of a run have answered about themselves; raises as `samples_of` does."""
+    """Yield the metadata of the robots and arenas of a run; raises the errors of `samples_of`."""
     file = _recording_in(path)
-    sample = initial_samples(read_run(path)) if file is None else read_samples(file, ["metadata"])
-    return (one for one in sample if one.kind == "metadata")
+    samples = (
+        initial_samples(read_run(path))
+        if file is None
+        else map(parse_sample, read_samples(file, ["metadata"]))
+    )
+    return (s for s in samples if isinstance(s, RobotMetadataSample | ArenaMetadataSample))
 
 
 def _recording_in(path: Path) -> Path | None:

@@ -1,6 +1,6 @@
-"""The tables of an export: which there are, and how what was heard becomes a row of one.
+"""The tables of an export, and the rows of samples in them.
 
-Columns follow from the messages of `colony/telemetry.py`: their fields, flat, ids as hex digits. Names end in units.
+Columns are the fields of the messages in `protocol/telemetry_messages.py`, flattened, with ids as hex digits.
 """
 
 from collections.abc import Iterator, Mapping
@@ -25,11 +25,11 @@ from crcolony.protocol.telemetry_messages import (
 )
 
 Columns = Mapping[str, str]
-"""Name and type of every column"""
+"""Name and type of every column."""
 Row = tuple[Any, ...]
 
 GENES = "genes"
-"""Of a birth, in the order of its robot's schema"""
+"""The column with the genes of a birth, in the order of its robot's schema."""
 _TYPES: dict[type, str] = {
     inspect.BoolType: "bool",
     inspect.IntType: "int64",
@@ -41,16 +41,16 @@ _TYPES: dict[type, str] = {
 _OF_ENCOUNTERS = {"incarnation": "encounter_incarnation", "count": "encounter_count"}
 _NO_ENCOUNTER = (None,) * len(Encounter.__struct_fields__)
 _OF_EVENTS = {"robot": "number"}
-"""A robot's number in its colony; `robot` is its id"""
+"""In events `robot` is the robot's number in its colony; in tables `robot` is its id."""
 
 
 def _columns(kind: Any, renamed: Mapping[str, str] | None = None) -> Iterator[tuple[str, str]]:
-    """Yield the columns of a message's fields, but for lists."""
+    """Yield the columns of a message: its fields without lists."""
     info = inspect.type_info(kind)
     assert isinstance(info, inspect.StructType)
     for field in info.fields:
         type_ = field.type
-        if isinstance(type_, inspect.UnionType):  # with None
+        if isinstance(type_, inspect.UnionType):  # a type or None
             type_ = next(one for one in type_.types if not isinstance(one, inspect.NoneType))
         if isinstance(type_, inspect.StructType):
             yield from _columns(type_.cls, _OF_ENCOUNTERS)
@@ -61,7 +61,7 @@ def _columns(kind: Any, renamed: Mapping[str, str] | None = None) -> Iterator[tu
 
 
 def _values(message: msgspec.Struct) -> Iterator[Any]:
-    """Yield what stands in the columns of a message."""
+    """Yield the values in the columns of a message."""
     for name in message.__struct_fields__:
         value = getattr(message, name)
         if name == GENES:
@@ -75,13 +75,13 @@ def _values(message: msgspec.Struct) -> Iterator[Any]:
 
 
 def floats_in(genes: bytes) -> list[float] | None:
-    """Return the genes of a birth, or None if they are none."""
+    """Return the genes of a birth, or None if these bytes are no float64 values."""
     return np.frombuffer(genes, dtype="<f8").tolist() if len(genes) % 8 == 0 else None
 
 
-_HEARD = {"heard_unix_ms": "int64"}
-_TELLER = {
-    **_HEARD,
+_RECEIVED = {"received_unix_ms": "int64"}
+_EVENT_HEAD = {
+    **_RECEIVED,
     "colony": "string",
     "robot": "string",
     "incarnation": "int64",
@@ -98,36 +98,36 @@ EVENTS: dict[type, str] = {
     EncounterOutcome: "outcomes",
     Fault: "faults",
 }
-"""Which table holds which events; of a mating each of the two robots tells its side"""
+"""The table of every kind of event; of a mating each of the two robots publishes its side."""
 
 TABLES: dict[str, Columns] = {
-    "states": {**_HEARD, "colony": "string", **dict(_columns(RobotState))},
-    **{name: {**_TELLER, **dict(_columns(kind, _OF_EVENTS))} for kind, name in EVENTS.items()},
-    "poses": {**_HEARD, **dict(_columns(Scene)), **dict(_columns(SceneRobot))},
-    "packs": {**_HEARD, **dict(_columns(Scene)), "pack": "int64", **dict(_columns(ScenePack))},
+    "states": {**_RECEIVED, "colony": "string", **dict(_columns(RobotState))},
+    **{name: {**_EVENT_HEAD, **dict(_columns(kind, _OF_EVENTS))} for kind, name in EVENTS.items()},
+    "poses": {**_RECEIVED, **dict(_columns(Scene)), **dict(_columns(SceneRobot))},
+    "packs": {**_RECEIVED, **dict(_columns(Scene)), "pack": "int64", **dict(_columns(ScenePack))},
 }
 
 
-def state_row(state: RobotState, colony: str, heard_unix_ms: int) -> Row:
-    """Return a row of `states`."""
-    return (heard_unix_ms, colony, *_values(state))
+def state_row(state: RobotState, colony: str, received_unix_ms: int) -> Row:
+    """Return the row of `states`."""
+    return (received_unix_ms, colony, *_values(state))
 
 
-def event_row(message: EventMessage, colony: str, heard_unix_ms: int) -> Row:
-    """Return a row of the event's table."""
+def event_row(message: EventMessage, colony: str, received_unix_ms: int) -> Row:
+    """Return the row of the event's table."""
     head = (message.robot.hex(), message.incarnation, message.seq, message.unix_ms)
-    return (heard_unix_ms, colony, *head, *_values(message.event))
+    return (received_unix_ms, colony, *head, *_values(message.event))
 
 
-def pose_rows(scene: Scene, heard_unix_ms: int) -> Iterator[Row]:
-    """Yield rows of `poses`: every robot of a scene."""
-    head = (heard_unix_ms, *_values(scene))
+def pose_rows(scene: Scene, received_unix_ms: int) -> Iterator[Row]:
+    """Yield the rows of `poses`: one per robot of a scene."""
+    head = (received_unix_ms, *_values(scene))
     for robot in scene.robots:
         yield (*head, *_values(robot))
 
 
-def pack_rows(scene: Scene, heard_unix_ms: int) -> Iterator[Row]:
-    """Yield rows of `packs`: every battery pack of a scene."""
-    head = (heard_unix_ms, *_values(scene))
+def pack_rows(scene: Scene, received_unix_ms: int) -> Iterator[Row]:
+    """Yield the rows of `packs`: one per battery pack of a scene."""
+    head = (received_unix_ms, *_values(scene))
     for number, pack in enumerate(scene.packs):
         yield (*head, number, *_values(pack))

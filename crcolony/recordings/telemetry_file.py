@@ -1,7 +1,7 @@
-"""What was heard of colonies, as it came, in one SQLite file: to be drawn again, and to be exported.
+"""A recording of telemetry: raw samples as they arrived, in one SQLite file, to be replayed and exported.
 
-A process that is killed loses what it heard since its last commit; the file can be read at any time, also meanwhile.
-When the disk is full nothing is recorded any more, and the file stays readable.
+A process that is killed loses the samples since its last commit; the file can be read at any time, also meanwhile.
+When the disk is full the recording ends, and the file stays readable.
 """
 
 import contextlib
@@ -9,64 +9,53 @@ import sqlite3
 from collections.abc import Collection, Iterator
 from contextlib import closing
 from pathlib import Path
-from typing import get_args
 from urllib.parse import quote
 
-from crcolony.errors import CrcolonyError
 from crcolony.recordings.disk_space import check_room
 from crcolony.recordings.downsampling import Downsampler
-from crcolony.telemetry.colony_monitor import SampleKind, TelemetrySample
+from crcolony.recordings.telemetry_schema import (
+    KINDS,
+    SampleQuery,
+    TelemetryError,
+    insert_offline_samples,
+    insert_samples,
+    prepare_for_writing,
+    read_version,
+)
+from crcolony.telemetry.samples import RawSample, SampleKind
+from crcolony.transport.bounded_queue import BoundedQueue
 
 TELEMETRY_FILE = "telemetry.sqlite"
-"""Of the recording in a folder"""
+"""Name of the recording in a folder."""
 SCENE_BYTES_PER_S = 100_000
-"""So much of the scenes is kept: all ten a second of a few robots, and one or so of a thousand"""
-_MAX_WAITING = 64 * 2**20
-"""Bytes between two commits; of more the newest is not recorded, and counted"""
-_PAGE = 256
-"""Rows that are read at a time, so that a slow reader is in no writer's way"""
-_BESIDE_DATA = 100
-"""Bytes that a row takes beside its data, more or less"""
-
-KINDS: tuple[SampleKind, ...] = get_args(SampleKind)
-"""All there is to hear"""
-_META = {"application": "crcolony telemetry", "version": "1"}
-_TABLES = """
-    CREATE TABLE meta (name TEXT PRIMARY KEY, value TEXT NOT NULL);
-    CREATE TABLE heard (unix_ms INTEGER NOT NULL, kind TEXT NOT NULL, key TEXT NOT NULL, data BLOB NOT NULL);
-    CREATE INDEX tokens ON heard (key) WHERE kind IN ('alive', 'gone');
-"""
-_FOREIGN = (sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_ERROR)
-"""What SQLite says of other files, and of databases without these tables"""
-_ALIVE = """
-    SELECT key FROM (
-        SELECT key, kind, max(rowid) AS last FROM heard INDEXED BY tokens
-        WHERE kind IN ('alive', 'gone') GROUP BY key
-    ) WHERE kind = 'alive' ORDER BY last
-"""
-
-
-class TelemetryError(CrcolonyError):
-    """A telemetry file cannot be read or written: the message names the file and the reason."""
+"""Of scenes so much is kept: ten a second of a few robots, about one a second of a thousand robots."""
+_MAX_BYTES = 64 * 2**20
+"""Samples between two commits; further ones are dropped and counted."""
+_ROW_BYTES = 100
+"""Size of a row without its payload, about."""
+_PAGE_ROWS = 256
+"""Rows that are read at a time, so that a slow reader does not block the writer."""
 
 
 class TelemetryFile:
-    """Takes what is heard, for one thread; `commit` is to be called once a second or so."""
+    """Records samples, for one thread; `commit` is to be called about once a second."""
 
     def __init__(self, path: Path, database: sqlite3.Connection) -> None:
         self.path = path
-        self.dropped = 0
-        """What was not recorded, since too much was heard between two commits"""
         self._database: sqlite3.Connection | None = database
-        self._waiting: list[TelemetrySample] = []
-        self._bytes = 0
-        self._thinning = Downsampler(SCENE_BYTES_PER_S)
+        self._queue = BoundedQueue[RawSample](_MAX_BYTES // _ROW_BYTES, _MAX_BYTES)
+        self._downsampler = Downsampler(SCENE_BYTES_PER_S)
+
+    @property
+    def dropped(self) -> int:
+        """How many samples were not recorded because too many arrived between two commits."""
+        return self._queue.dropped
 
     @classmethod
     def open(cls, path: Path) -> "TelemetryFile":
-        """Make a file, or go on with one; raises TelemetryError if it is another's or cannot be written.
+        """Create a file, or continue one; raises TelemetryError if it is no telemetry file or cannot be written.
 
-        Whoever was on the network when the recording ended is gone: if not, they are heard of again.
+        Robots and arenas that were online when an earlier recording ended are recorded as offline first.
         """
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -74,11 +63,10 @@ class TelemetryFile:
         except (OSError, sqlite3.Error) as error:
             raise _cannot_be_written(path, error) from None
         try:
-            if not _recognise(database, path):
-                _make(database)
+            prepare_for_writing(database, path)
             database.execute("PRAGMA synchronous=NORMAL")
             with database:
-                _end_tokens(database)
+                insert_offline_samples(database)
         except (sqlite3.Error, TelemetryError) as error:
             database.close()
             if isinstance(error, TelemetryError):
@@ -86,35 +74,30 @@ class TelemetryFile:
             raise _cannot_be_written(path, error) from None
         return cls(path, database)
 
-    def add(self, sample: TelemetrySample) -> None:
-        """Take what was heard; it is on the disk after the next commit. Of too many scenes some are left out."""
+    def add(self, sample: RawSample) -> None:
+        """Add a sample; it is on the disk after the next commit. Scenes are downsampled."""
         if self._database is None:
             return
-        size = len(sample.data) + _BESIDE_DATA
-        if sample.kind == "scene" and not self._thinning.should_keep(size, sample.unix_ms):
-            return
-        if self._bytes + size > _MAX_WAITING:
-            self.dropped += 1
-            return
-        self._waiting.append(sample)
-        self._bytes += size
+        size_bytes = len(sample.payload) + _ROW_BYTES
+        if sample.kind != "scene" or self._downsampler.should_keep(size_bytes, sample.unix_ms):
+            self._queue.put(sample, size_bytes)
 
     def commit(self) -> str | None:
-        """Put what was heard on the disk; return why nothing is recorded any more, once, if that is so."""
+        """Write the samples to the disk; return the reason, once, if the recording has ended."""
         if self._database is None:
             return None
-        waiting, self._waiting, self._bytes = self._waiting, [], 0
+        samples = self._queue.get_all()
         try:
             check_room(self.path.parent)
             with self._database as database:
-                database.executemany("INSERT INTO heard VALUES (?, ?, ?, ?)", map(_row, waiting))
+                insert_samples(database, samples)
         except (OSError, sqlite3.Error) as error:
             self._end()
-            return f"{self.path}: not recorded any more: {_reason(error)}"
+            return f"{self.path}: not recorded any more: {_format_error(error)}"
         return None
 
     def close(self) -> str | None:
-        """Commit, and let the file go, as one that can be copied and read anywhere."""
+        """Commit and close the file, as one file that can be copied; return what `commit` does."""
         trouble = self.commit()
         self._end()
         return trouble
@@ -122,87 +105,41 @@ class TelemetryFile:
     def _end(self) -> None:
         if self._database is None:
             return
-        with contextlib.suppress(sqlite3.Error):  # on a full disk it stays two files, and as good
+        with contextlib.suppress(
+            sqlite3.Error
+        ):  # on a full disk it stays two files, which is as good
             self._database.execute("PRAGMA journal_mode=DELETE")
         with contextlib.suppress(sqlite3.Error):
             self._database.close()
         self._database = None
 
 
-def read_samples(path: Path, kinds: Collection[SampleKind] = KINDS) -> Iterator[TelemetrySample]:
-    """Yield what was heard, in order, also what is recorded meanwhile; of some kinds or all.
+def read_samples(path: Path, kinds: Collection[SampleKind] = KINDS) -> Iterator[RawSample]:
+    """Yield the samples of some kinds in the order of their arrival, also those that are recorded meanwhile.
 
     Raises TelemetryError naming the file.
     """
     if not path.is_file():
         raise TelemetryError(f"{path}: no telemetry: there is no such file")
-    wanted = ", ".join("?" * len(kinds))
-    page = (
-        f"SELECT rowid, * FROM heard WHERE rowid > ? AND kind IN ({wanted}) ORDER BY rowid LIMIT ?"
-    )
+    uri = f"file:{quote(str(path.absolute()))}?mode=ro"
     try:
-        with closing(
-            sqlite3.connect(f"file:{quote(str(path.absolute()))}?mode=ro", uri=True)
-        ) as it:
-            if not _recognise(it, path):
+        with closing(sqlite3.connect(uri, uri=True)) as database:
+            version = read_version(database, path)
+            if version is None:
                 raise TelemetryError(f"{path}: not a telemetry file: it is empty")
-            last = 0
-            while rows := it.execute(page, (last, *kinds, _PAGE)).fetchall():
-                last = rows[-1][0]
-                for row in rows:
-                    yield _heard(row, path)
+            query, last = SampleQuery(version, tuple(kinds), _PAGE_ROWS), 0
+            while page := query.fetch(database, last):
+                for last, sample in page:
+                    if sample is None:
+                        raise TelemetryError(f"{path}: damaged: row {last} is no sample")
+                    yield sample
     except sqlite3.Error as error:
         raise TelemetryError(f"{path}: cannot be read: {error}") from None
 
 
-def _make(database: sqlite3.Connection) -> None:
-    database.execute("PRAGMA journal_mode=WAL")
-    values = ", ".join(f"('{name}', '{value}')" for name, value in _META.items())
-    database.executescript(f"BEGIN; {_TABLES} INSERT INTO meta VALUES {values}; COMMIT;")
-
-
-def _recognise(database: sqlite3.Connection, path: Path) -> bool:
-    """Tell whether this is a telemetry file of this version, or an empty file; raises TelemetryError if neither."""
-    try:
-        if not database.execute("SELECT 1 FROM sqlite_master LIMIT 1").fetchone():
-            return False
-        meta = dict(database.execute("SELECT name, value FROM meta"))
-    except sqlite3.DatabaseError as error:
-        if error.sqlite_errorcode not in _FOREIGN:
-            raise
-        raise TelemetryError(f"{path}: not a telemetry file: {error}") from None
-    if meta.get("application") != _META["application"]:
-        raise TelemetryError(f"{path}: not a telemetry file: it is another application's")
-    if meta.get("version") != _META["version"]:
-        raise TelemetryError(f"{path}: a telemetry file of another version of crcolony")
-    return True
-
-
-def _end_tokens(database: sqlite3.Connection) -> None:
-    """Let all be gone whose tokens were there when the recording ended."""
-    alive = database.execute(_ALIVE).fetchall()
-    if alive:
-        (unix_ms,) = database.execute(
-            "SELECT unix_ms FROM heard ORDER BY rowid DESC LIMIT 1"
-        ).fetchone()
-        gone = [_row(TelemetrySample("gone", key, b"", unix_ms)) for (key,) in alive]
-        database.executemany("INSERT INTO heard VALUES (?, ?, ?, ?)", gone)
-
-
-def _row(sample: TelemetrySample) -> tuple[int, str, str, bytes]:
-    return sample.unix_ms, sample.kind, sample.key, sample.data
-
-
-def _heard(row: tuple[int, int, SampleKind, str, bytes], path: Path) -> TelemetrySample:
-    number, unix_ms, kind, key, data = row
-    if kind not in KINDS or not isinstance(key, str) or not isinstance(data, bytes):
-        raise TelemetryError(f"{path}: damaged: row {number} is nothing that was heard")
-    return TelemetrySample(kind, key, data, unix_ms)
-
-
 def _cannot_be_written(path: Path, error: OSError | sqlite3.Error) -> TelemetryError:
-    return TelemetryError(f"{path}: cannot be written: {_reason(error)}")
+    return TelemetryError(f"{path}: cannot be written: {_format_error(error)}")
 
 
-def _reason(error: OSError | sqlite3.Error) -> str:
+def _format_error(error: OSError | sqlite3.Error) -> str:
     return (error.strerror if isinstance(error, OSError) else None) or str(error)

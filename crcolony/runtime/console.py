@@ -1,6 +1,8 @@
 """What a process prints for the person who started it."""
 
+from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import EncounterOutcome, Exchanged, RobotEvent
+from crcolony.telemetry.event_text import format_event
 
 
 def print_line(line: str) -> None:
@@ -8,18 +10,9 @@ def print_line(line: str) -> None:
     print(line, flush=True)
 
 
-def _say_event(event: RobotEvent) -> None:
-    line = in_words(event)
-    if line is not None:
-        print_line(line)
-
-
-def in_words(event: RobotEvent) -> str | None:
-    """Return what an event means to a person, or None if it is too common to say."""
-    match event:
-        case Exchanged(partner=partner, conceived=conceived, energy=energy):
-            what = "conceived" if conceived else "no offspring"
-            return f"mated with {partner[:8]}…, {what} (energy {energy:.2f})"
-        case EncounterOutcome(outcome=outcome, peer=peer, reason=reason) if outcome != "mated":
-            return f"mating with {peer.hex()[:8]}: {outcome} {reason}".rstrip()
-    return None
+def print_event(robot: RobotId, event: RobotEvent) -> None:
+    """Print an event of a robot here if it is about a mating; other events are too frequent or printed elsewhere."""
+    if isinstance(event, Exchanged | EncounterOutcome):
+        text = format_event(robot, event, lambda peer: peer.hex()[:8])
+        if text is not None:
+            print_line(text)

@@ -16,7 +16,7 @@ from crcolony.config import Config
 from crcolony.nodes.robot_node import RobotNode
 from crcolony.protocol.identity import AllowList, create_key, load_key
 from crcolony.robot.factory import make_robots, numbered_streams, own_streams
-from crcolony.runtime.console import _say_event, print_line
+from crcolony.runtime.console import print_event, print_line
 from crcolony.runtime.robot_process import RobotProcess
 from crcolony.shutdown import ShutdownSignal
 from crcolony.storage.files import KEY_FILE, ROBOT_FILE, make_folder
@@ -77,7 +77,7 @@ def run_robot(options: RobotOptions) -> None:
             incarnation,
             transport,
             allow,
-            on_event=_say_event,
+            on_event=lambda event: print_event(identity.id, event),
         )
         print_line(f"robot {identity.id.hex()} of colony {options.colony}")
         process = RobotProcess(

@@ -1,4 +1,7 @@
-"""What a watcher asks, whom and when: few questions at a time, none for ever. No I/O and no clock."""
+"""Schedules the requests of a monitor: for missed events and for metadata, few at a time, and with limited retries.
+
+No I/O and no clock.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,78 +12,82 @@ from crcolony.protocol.identity import RobotId
 from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
 from crcolony.protocol.telemetry_messages import HistoryRequest
 from crcolony.telemetry.robot_status import ArenaStatus, RobotStatus
-from crcolony.telemetry.sequence_gaps import TRIES
+from crcolony.telemetry.sequence_gaps import MAX_TRIES
 
-ANSWER_S = 2.0
-"""A question that is not answered so soon is asked again, or given up."""
-MAX_UNDER_WAY, _MAX_ABOUT = 20, 10
-"""Questions at a time, and how many of these may be about robots and arenas: who does not answer blocks a place."""
-TURN_ROBOTS = 32
-"""So many robots are asked about in every period, in turn."""
+REPLY_TIMEOUT_S = 2.0
+"""After it a request is retried, or given up."""
+MAX_PENDING = 20
+"""Requests that wait for their replies at one time."""
+_MAX_PENDING_METADATA = 10
+"""Requests for metadata among them, so that nodes that never reply leave room for requests of events."""
+ROBOTS_PER_PERIOD = 32
+"""Robots whose metadata is requested again in every period, in turn."""
 
-Who = RobotId | str
-"""A robot, or an arena by its name"""
+NodeName = RobotId | str
+"""A robot by its id, or an arena by its name"""
+RequestKind = Literal["history", "metadata"]
 
 
 class BackfillRequest(NamedTuple):
-    """What to ask on the network: for missed events (an encoded `HistoryRequest`), or about a robot or arena (nothing)."""
+    """A request to be sent: for missed events (an encoded `HistoryRequest`), or for metadata (no payload)."""
 
     key: str
     payload: bytes
 
     @property
-    def kind(self) -> Literal["history", "metadata"]:
-        """What the answer is."""
+    def kind(self) -> RequestKind:
+        """The kind of its replies."""
         return "history" if self.payload else "metadata"
 
 
 @dataclass(frozen=True)
 class PendingRequest:
-    """A question that waits for its answer."""
+    """A request that waits for its reply."""
 
-    asked_s: float
-    kind: Literal["history", "metadata"]
+    sent_s: float
+    kind: RequestKind
     incarnation: int = 0
     first: int = 0
-    """Of the events that were asked for"""
+    """Sequence number of the first event that was requested"""
     tries: int = 0
-    """How often it has been asked about in vain"""
+    """Earlier requests for this metadata without a reply"""
 
 
 class BackfillScheduler:
-    """Remembers who misses what, and lets ask for it; at most one question to everybody at a time."""
+    """Remembers which events and metadata to request; every node has at most one pending request."""
 
-    def __init__(self, about_period_s: float) -> None:
-        self._about_period_s = about_period_s
-        self._past: dict[RobotId, None] = {}
-        """Robots of whose events some are missing, the longest unasked first"""
-        self._about: dict[Who, int] = {}
-        """Who is to be asked about, and how often that was in vain"""
-        self._under_way: dict[Who, PendingRequest] = {}
-        self._turn_due_s = 0.0
-        self._turn = 0
+    def __init__(self, metadata_period_s: float) -> None:
+        self._metadata_period_s = metadata_period_s
+        self._history_queue: dict[RobotId, None] = {}
+        """Robots with missing events, the one whose last request is oldest first"""
+        self._metadata_queue: dict[NodeName, int] = {}
+        """Nodes whose metadata is to be requested, and the tries without a reply"""
+        self._pending: dict[NodeName, PendingRequest] = {}
+        self._period_ends_s = 0.0
+        self._next_robot = 0
+        """Index among the robots online of the next whose metadata is requested again"""
 
     def request_history(self, robot: RobotId) -> None:
-        """Events of a robot are missing."""
-        self._past.setdefault(robot)
+        """Schedule requests for the missing events of a robot."""
+        self._history_queue.setdefault(robot)
 
-    def request_metadata(self, who: Who) -> None:
-        """A robot has a new life, or an arena a new world."""
-        self._about[who] = 0
+    def request_metadata(self, node: NodeName) -> None:
+        """Schedule a request for metadata: a robot has a new incarnation, or an arena a new run."""
+        self._metadata_queue[node] = 0
 
-    def forget(self, who: Who) -> None:
-        """Ask somebody nothing any more."""
-        self._about.pop(who, None)
-        self._under_way.pop(who, None)
-        if isinstance(who, bytes):
-            self._past.pop(who, None)
+    def cancel(self, node: NodeName) -> None:
+        """Cancel all requests to a node."""
+        self._metadata_queue.pop(node, None)
+        self._pending.pop(node, None)
+        if isinstance(node, bytes):
+            self._history_queue.pop(node, None)
 
-    def complete(self, who: Who, kind: Literal["history", "metadata"]) -> PendingRequest | None:
-        """Hear an answer; return the question that it answers, if there is one."""
+    def complete(self, node: NodeName, kind: RequestKind) -> PendingRequest | None:
+        """Handle a reply; return the pending request that it completes, if there is one."""
         if kind == "metadata":
-            self._about.pop(who, None)
-        asked = self._under_way.get(who)
-        return self._under_way.pop(who) if asked is not None and asked.kind == kind else None
+            self._metadata_queue.pop(node, None)
+        pending = self._pending.get(node)
+        return self._pending.pop(node) if pending is not None and pending.kind == kind else None
 
     def due_requests(
         self,
@@ -88,79 +95,90 @@ class BackfillScheduler:
         robots: Mapping[RobotId, RobotStatus],
         arenas: Mapping[str, ArenaStatus],
     ) -> list[BackfillRequest]:
-        """Return what to ask now."""
-        self._give_up(unix_s, robots)
-        self._take_turns(unix_s, robots)
-        return [*self._abouts(unix_s, robots, arenas), *self._pasts(unix_s, robots)]
+        """Return the requests to send now."""
+        self._handle_timeouts(unix_s, robots)
+        self._schedule_periodic_metadata(unix_s, robots)
+        return [
+            *self._due_metadata_requests(unix_s, robots, arenas),
+            *self._due_history_requests(unix_s, robots),
+        ]
 
-    def _give_up(self, unix_s: float, robots: Mapping[RobotId, RobotStatus]) -> None:
-        """Wait no longer for answers that are late (or from the future: the clock was set back)."""
-        for who, asked in list(self._under_way.items()):
-            if 0.0 <= unix_s - asked.asked_s < ANSWER_S:
+    def _handle_timeouts(self, unix_s: float, robots: Mapping[RobotId, RobotStatus]) -> None:
+        """Retry or give up requests without a reply, and requests from the future: the clock was set back."""
+        for node, pending in list(self._pending.items()):
+            if 0.0 <= unix_s - pending.sent_s < REPLY_TIMEOUT_S:
                 continue
-            del self._under_way[who]
-            if asked.kind == "metadata":
-                if asked.tries + 1 < TRIES:
-                    self._about.setdefault(who, asked.tries + 1)
-            elif isinstance(who, bytes):
-                status = robots[who]
-                if status.sequence is not None and status.incarnation == asked.incarnation:
-                    status.sequence.handle_no_reply(asked.first)
+            del self._pending[node]
+            if pending.kind == "metadata":
+                if pending.tries + 1 < MAX_TRIES:
+                    self._metadata_queue.setdefault(node, pending.tries + 1)
+            elif isinstance(node, bytes):
+                status = robots[node]
+                if status.sequence is not None and status.incarnation == pending.incarnation:
+                    status.sequence.handle_no_reply(pending.first)
 
-    def _take_turns(self, unix_s: float, robots: Mapping[RobotId, RobotStatus]) -> None:
-        """In every period the next robots are asked about again."""
-        if 0.0 < self._turn_due_s - unix_s <= self._about_period_s:
+    def _schedule_periodic_metadata(
+        self, unix_s: float, robots: Mapping[RobotId, RobotStatus]
+    ) -> None:
+        """Schedule, once a period, requests for the metadata of the next robots."""
+        if 0.0 < self._period_ends_s - unix_s <= self._metadata_period_s:
             return
-        self._turn_due_s = unix_s + self._about_period_s
-        alive = [robot for robot, status in robots.items() if status.is_alive]
-        for place in range(self._turn, self._turn + min(TURN_ROBOTS, len(alive))):
-            self._about.setdefault(alive[place % len(alive)], 0)
-        self._turn = (self._turn + TURN_ROBOTS) % max(len(alive), 1)
+        self._period_ends_s = unix_s + self._metadata_period_s
+        online = [robot for robot, status in robots.items() if status.is_alive]
+        for index in range(
+            self._next_robot, self._next_robot + min(ROBOTS_PER_PERIOD, len(online))
+        ):
+            self._metadata_queue.setdefault(online[index % len(online)], 0)
+        self._next_robot = (self._next_robot + ROBOTS_PER_PERIOD) % max(len(online), 1)
 
-    def _abouts(
+    def _due_metadata_requests(
         self,
         unix_s: float,
         robots: Mapping[RobotId, RobotStatus],
         arenas: Mapping[str, ArenaStatus],
     ) -> list[BackfillRequest]:
-        asked: list[BackfillRequest] = []
-        room = _MAX_ABOUT - sum(way.kind == "metadata" for way in self._under_way.values())
-        for who in list(self._about):
-            if len(asked) >= room or len(self._under_way) >= MAX_UNDER_WAY:
+        requests: list[BackfillRequest] = []
+        pending = sum(request.kind == "metadata" for request in self._pending.values())
+        for node in list(self._metadata_queue):
+            is_full = len(requests) + pending >= _MAX_PENDING_METADATA
+            if is_full or len(self._pending) >= MAX_PENDING:
                 break
-            if who in self._under_way:
+            if node in self._pending:
                 continue
-            tries = self._about.pop(who)
-            key = _key_about(who, robots, arenas)
+            tries = self._metadata_queue.pop(node)
+            key = _metadata_key(node, robots, arenas)
             if key is not None:
-                self._under_way[who] = PendingRequest(unix_s, "metadata", tries=tries)
-                asked.append(BackfillRequest(key, b""))
-        return asked
+                self._pending[node] = PendingRequest(unix_s, "metadata", tries=tries)
+                requests.append(BackfillRequest(key, b""))
+        return requests
 
-    def _pasts(self, unix_s: float, robots: Mapping[RobotId, RobotStatus]) -> list[BackfillRequest]:
-        asked: list[BackfillRequest] = []
-        for robot in list(self._past):
-            if len(self._under_way) >= MAX_UNDER_WAY:
+    def _due_history_requests(
+        self, unix_s: float, robots: Mapping[RobotId, RobotStatus]
+    ) -> list[BackfillRequest]:
+        requests: list[BackfillRequest] = []
+        for robot in list(self._history_queue):
+            if len(self._pending) >= MAX_PENDING:
                 break
             status = robots[robot]
             if status.sequence is None or not status.sequence.missing:
-                del self._past[robot]
+                del self._history_queue[robot]
                 continue
-            first = status.sequence.due(unix_s)
-            if first is None or not status.is_alive or robot in self._under_way:
+            first = status.sequence.first_due(unix_s)
+            if first is None or not status.is_alive or robot in self._pending:
                 continue
-            self._past[robot] = self._past.pop(robot)
-            self._under_way[robot] = PendingRequest(unix_s, "history", status.incarnation, first)
+            self._history_queue[robot] = self._history_queue.pop(robot)
+            self._pending[robot] = PendingRequest(unix_s, "history", status.incarnation, first)
             key = ColonyKeys(status.colony).history(robot)
-            asked.append(BackfillRequest(key, encode(HistoryRequest(status.incarnation, first))))
-        return asked
+            payload = encode(HistoryRequest(status.incarnation, first))
+            requests.append(BackfillRequest(key, payload))
+        return requests
 
 
-def _key_about(
-    who: Who, robots: Mapping[RobotId, RobotStatus], arenas: Mapping[str, ArenaStatus]
+def _metadata_key(
+    node: NodeName, robots: Mapping[RobotId, RobotStatus], arenas: Mapping[str, ArenaStatus]
 ) -> str | None:
-    """Return where to ask about somebody who is on the network."""
-    if isinstance(who, str):
-        return ArenaKeys(who).metadata if arenas[who].is_alive else None
-    status = robots[who]
-    return ColonyKeys(status.colony).metadata(who) if status.is_alive else None
+    """Return the key of the metadata of a node, or None if it is offline."""
+    if isinstance(node, str):
+        return ArenaKeys(node).metadata if arenas[node].is_alive else None
+    status = robots[node]
+    return ColonyKeys(status.colony).metadata(node) if status.is_alive else None

@@ -1,4 +1,4 @@
-"""What robots and arenas say of their settings, read once; nothing of them where they say nonsense."""
+"""Reads the settings in the metadata of robots and arenas; invalid settings count as none."""
 
 from typing import TypeVar
 
@@ -8,16 +8,19 @@ from crcolony.body.settings import CyberRodent
 from crcolony.protocol.telemetry_messages import ArenaMetadata, RobotMetadata
 from crcolony.robot.settings import Heredity, Learning
 
+_MAX_CACHED = 1_000
+"""Texts of settings whose values are kept."""
+
 
 class Mind(msgspec.Struct, frozen=True):
-    """What decides how a robot's genes are read."""
+    """The settings by which a robot's genes are read."""
 
     body: CyberRodent
     learning: Learning
     heredity: Heredity
 
 
-class _Nature(msgspec.Struct, frozen=True):
+class _BodySettings(msgspec.Struct, frozen=True):
     body: CyberRodent
 
 
@@ -25,28 +28,28 @@ Kind = TypeVar("Kind")
 
 
 class PeerSettings:
-    """Reads settings, and remembers what it has read."""
+    """Decodes settings, and caches them by their text."""
 
     def __init__(self) -> None:
-        self._read: dict[tuple[object, str], object] = {}
+        self._cache: dict[tuple[object, str], object] = {}
 
-    def of_robot(self, about: RobotMetadata | None) -> Mind | None:
-        """Return what decides how a robot's genes are read."""
-        return self._of(Mind, about.settings) if about is not None else None
+    def of_robot(self, metadata: RobotMetadata | None) -> Mind | None:
+        """Return the settings by which a robot's genes are read, or None if they are unknown or invalid."""
+        return self._decode(Mind, metadata.settings) if metadata is not None else None
 
-    def of_arena(self, about: ArenaMetadata | None) -> CyberRodent | None:
-        """Return the bodies of an arena."""
-        nature = self._of(_Nature, about.settings) if about is not None else None
-        return nature.body if nature is not None else None
+    def of_arena(self, metadata: ArenaMetadata | None) -> CyberRodent | None:
+        """Return the settings of the bodies in an arena, or None if they are unknown or invalid."""
+        settings = self._decode(_BodySettings, metadata.settings) if metadata is not None else None
+        return settings.body if settings is not None else None
 
-    def _of(self, kind: type[Kind], text: str) -> Kind | None:
+    def _decode(self, kind: type[Kind], text: str) -> Kind | None:
         key = (kind, text)
-        if key not in self._read:
-            if len(self._read) > 1_000:
-                self._read.clear()
+        if key not in self._cache:
+            if len(self._cache) > _MAX_CACHED:
+                self._cache.clear()
             try:
-                self._read[key] = msgspec.json.decode(text, type=kind)
+                self._cache[key] = msgspec.json.decode(text, type=kind)
             except msgspec.DecodeError:
-                self._read[key] = None
-        found = self._read[key]
-        return found if isinstance(found, kind) else None
+                self._cache[key] = None
+        settings = self._cache[key]
+        return settings if isinstance(settings, kind) else None

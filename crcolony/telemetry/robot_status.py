@@ -1,4 +1,4 @@
-"""What a watcher knows of one robot, and of one arena."""
+"""What a monitor knows of one robot, and of one arena."""
 
 from dataclasses import dataclass, field
 
@@ -10,84 +10,84 @@ from crcolony.protocol.telemetry_messages import (
     RobotState,
     Scene,
 )
+from crcolony.protocol.token_set import TokenSet
 from crcolony.telemetry.sequence_gaps import SequenceTracker
 
 
 @dataclass
 class RobotStatus:
-    """One robot, as it was last heard of."""
+    """One robot, by the newest telemetry that was received."""
 
     robot: RobotId
     colony: str
-    incarnations: dict[tuple[int, str], None] = field(default_factory=dict)
-    """Life and session of its tokens on the network"""
+    tokens: TokenSet = field(default_factory=TokenSet)
+    """Incarnation and session of its liveliness tokens"""
     state: RobotState | None = None
     updated_s: float = 0.0
-    """When the state came, unix seconds"""
+    """When the state arrived, unix seconds"""
     restarts: int = 0
-    """Lives that it has begun while it was watched"""
+    """Incarnations that have started while it was monitored"""
     metadata: RobotMetadata | None = None
-    """Of an earlier life until it has answered in this one"""
+    """Of an earlier incarnation until the robot has replied in this one"""
     incarnation: int = -1
-    """The newest that was heard of"""
+    """The newest that is known"""
     sequence: SequenceTracker | None = None
-    """In the events of that life; None before anything was heard of them"""
-    _older: tuple[int, SequenceTracker] | None = None
-    """The life before, as long as its events may still come"""
+    """Of the events of that incarnation; None before anything is known of them"""
+    _previous: tuple[int, SequenceTracker] | None = None
+    """The incarnation before, whose events may still arrive"""
     _missed_before: int = 0
-    """In lives before that"""
+    """Events that were missed in incarnations before that"""
 
     @property
     def is_alive(self) -> bool:
-        """Whether it is on the network."""
-        return bool(self.incarnations)
+        """Whether it is online."""
+        return self.tokens.is_online
 
     @property
     def missed(self) -> int:
-        """How many of its events have not come, though they were told while it was watched."""
-        older = self._older[1].missed if self._older is not None else 0
-        return (
-            self._missed_before + older + (self.sequence.missed if self.sequence is not None else 0)
-        )
+        """How many events it has published since it was monitored that have not arrived."""
+        previous = self._previous[1].missed if self._previous is not None else 0
+        current = self.sequence.missed if self.sequence is not None else 0
+        return self._missed_before + previous + current
 
     def start_incarnation(self, incarnation: int) -> None:
-        """Hear of a newer life."""
+        """Start a newer incarnation: its events are numbered from 1 again."""
         if self.sequence is not None:
             self.sequence.close()
-            if self._older is not None:
-                self._missed_before += self._older[1].missed
-            self._older = self.incarnation, self.sequence
+            if self._previous is not None:
+                self._missed_before += self._previous[1].missed
+            self._previous = self.incarnation, self.sequence
         self.incarnation, self.sequence = incarnation, None
 
-    def track_events(self, seen: int, history: int) -> SequenceTracker:
-        """Return the gaps of the present life; `seen` is the last event so far if nothing was heard of it yet."""
+    def track_events(self, last: int, history: int) -> SequenceTracker:
+        """Return the tracker of the present incarnation; a new one starts after event `last`."""
         if self.sequence is None:
-            self.sequence = SequenceTracker(seen, history)
+            self.sequence = SequenceTracker(last, history)
         return self.sequence
 
-    def fill(self, message: EventMessage) -> bool:
-        """Take an event of an older life; tell whether it is one that was known to be missing."""
-        if self._older is None or self._older[0] != message.incarnation:
+    def record_late_event(self, message: EventMessage) -> bool:
+        """Record an event of an older incarnation; return whether it was known to be missing."""
+        if self._previous is None or self._previous[0] != message.incarnation:
             return False
-        return self._older[1].fill_gap(message.seq)
+        return self._previous[1].fill_gap(message.seq)
 
 
 @dataclass
 class ArenaStatus:
-    """One arena, as it was last heard of."""
+    """One arena, by the newest telemetry that was received."""
 
     name: str
-    sessions: dict[tuple[int, str], None] = field(default_factory=dict)
-    """World and session of its tokens on the network"""
+    tokens: TokenSet = field(default_factory=TokenSet)
+    """Run and session of its liveliness tokens"""
     scene: Scene | None = None
     updated_s: float = 0.0
-    """When the scene came, unix seconds"""
+    """When the scene arrived, unix seconds"""
     metadata: ArenaMetadata | None = None
-    """Of an earlier world until it has answered in this one"""
+    """Of an earlier run until the arena has replied in this one"""
     arena_run: int | None = None
     """That of its newest token"""
 
     @property
     def is_alive(self) -> bool:
-        """Whether it is on the network."""
-        return bool(self.sessions)
+        """Whether it is online."""
+        return self.tokens.is_online

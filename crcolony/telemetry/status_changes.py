@@ -1,4 +1,4 @@
-"""What is new in a colony, as a watcher tells it."""
+"""What a `ColonyMonitor` reports: changes in the status of robots and arenas."""
 
 from dataclasses import dataclass
 
@@ -8,21 +8,21 @@ from crcolony.protocol.telemetry_messages import EventMessage
 
 @dataclass(frozen=True)
 class RobotJoined:
-    """A robot is on the network."""
+    """A robot came online."""
 
     robot: RobotId
 
 
 @dataclass(frozen=True)
 class RobotLeft:
-    """A robot's last token has gone."""
+    """A robot went offline: its last token is gone."""
 
     robot: RobotId
 
 
 @dataclass(frozen=True)
 class RobotRestarted:
-    """A robot has begun a newer life than the one that was known."""
+    """A robot has a newer incarnation than the one that was known."""
 
     robot: RobotId
     incarnation: int
@@ -30,21 +30,21 @@ class RobotRestarted:
 
 @dataclass(frozen=True)
 class EventReceived:
-    """An event of a robot: each of each life once, a late one when it comes."""
+    """An event of a robot arrived. Every event is reported once, late ones when they arrive."""
 
     message: EventMessage
 
 
 @dataclass(frozen=True)
 class ArenaJoined:
-    """An arena is on the network."""
+    """An arena came online."""
 
     arena: str
 
 
 @dataclass(frozen=True)
 class ArenaLeft:
-    """An arena's last token has gone."""
+    """An arena went offline: its last token is gone."""
 
     arena: str
 

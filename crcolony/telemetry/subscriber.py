@@ -1,8 +1,6 @@
-"""A `ColonyMonitor` that is fed from the network; `crcolony top`, `status`, `launch` and dashboards see colonies through it."""
+"""Subscribes to telemetry over Zenoh: for `crcolony top`, `status` and `launch`, and for dashboards."""
 
-import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from typing import Any
 
@@ -12,27 +10,34 @@ from zenoh.handlers import Callback
 from crcolony.protocol import key_expressions
 from crcolony.protocol.codec import MAX_BODY_MESSAGE_BYTES, MAX_ENVELOPE_BYTES, MAX_SCENE_BYTES
 from crcolony.protocol.key_expressions import ColonyKeys
-from crcolony.telemetry.backfill import ANSWER_S, BackfillRequest
-from crcolony.telemetry.colony_monitor import ColonyMonitor, SampleKind, TelemetrySample
+from crcolony.telemetry.backfill import REPLY_TIMEOUT_S, BackfillRequest
+from crcolony.telemetry.colony_monitor import ColonyMonitor
+from crcolony.telemetry.samples import RawSample, SampleKind, parse_sample
 from crcolony.telemetry.status_changes import StatusChange
+from crcolony.transport.bounded_queue import BoundedQueue
 
-_MAX_WAITING, _MAX_BYTES = 100_000, 256 * 2**20
-"""Of what was heard and waits for `update`; beyond it, it is dropped and counted."""
-_LONGEST: dict[SampleKind, int] = {
+_MAX_SAMPLES = 100_000
+"""Samples that wait for `poll`; further ones are dropped and counted."""
+_MAX_BYTES = 256 * 2**20
+"""Bytes of their payloads."""
+_TOKEN_LIMIT_FACTOR = 2.0
+"""Liveliness tokens have more room in the queue than other samples: they are not repeated."""
+_MAX_PAYLOAD_BYTES: dict[SampleKind, int] = {
     "state": MAX_BODY_MESSAGE_BYTES,
     "event": MAX_ENVELOPE_BYTES,
     "scene": MAX_SCENE_BYTES,
     "history": 2 * MAX_ENVELOPE_BYTES,
     "metadata": MAX_ENVELOPE_BYTES,
 }
-"""Bytes: of what is longer nothing is kept, which is no message either"""
+"""A longer payload is no message: it is replaced by an empty one, which is malformed."""
 
 
 class TelemetrySubscriber:
-    """Listens to colonies, all of them or one, and passes what it hears to its `watch` whenever it is updated.
+    """Subscribes to the telemetry of one colony, or of all; its `monitor` handles what has arrived at every `poll`.
 
-    `asks` lets it ask for what it missed, for `history` events before it came, and about robots and arenas; `hear` is
-    told everything. Zenoh's threads only enqueue: all else happens on the thread that calls `update`.
+    With `sends_requests` it requests missed events, the last `history` events before it subscribed, and metadata.
+    `on_raw_sample` is called with every sample. Zenoh's threads only enqueue: samples are parsed and handled on the
+    thread that calls `poll`.
     """
 
     def __init__(
@@ -40,97 +45,71 @@ class TelemetrySubscriber:
         session: zenoh.Session,
         colony: str = "*",
         *,
-        asks: bool = False,
+        sends_requests: bool = False,
         history: int = 0,
-        on_event: Callable[[TelemetrySample], None] | None = None,
+        on_raw_sample: Callable[[RawSample], None] = lambda raw: None,
     ) -> None:
         self.monitor = ColonyMonitor(history=history)
-        self._session, self._asks, self._on_event = session, asks, on_event
-        self._waiting = _Waiting()
-        of = ColonyKeys(colony)
-        live = session.liveliness()
+        self._session, self._sends_requests = session, sends_requests
+        self._on_raw_sample = on_raw_sample
+        self._queue = BoundedQueue[RawSample](_MAX_SAMPLES, _MAX_BYTES)
+        keys = ColonyKeys(colony)
+        liveliness = session.liveliness()
         self._entities: list[Any] = [
-            live.declare_token(key_expressions.observer(str(session.zid()))),
-            session.declare_subscriber(of.all_states, self._listen("state")),
-            session.declare_subscriber(of.all_events, self._listen("event")),
-            session.declare_subscriber(key_expressions.ALL_SCENES, self._listen("scene")),
-            live.declare_subscriber(of.all_alive, self._listen("alive"), history=True),
-            live.declare_subscriber(
-                key_expressions.ALL_ARENAS_ALIVE, self._listen("alive"), history=True
+            liveliness.declare_token(key_expressions.observer(str(session.zid()))),
+            session.declare_subscriber(keys.all_states, self._callback("state")),
+            session.declare_subscriber(keys.all_events, self._callback("event")),
+            session.declare_subscriber(key_expressions.ALL_SCENES, self._callback("scene")),
+            liveliness.declare_subscriber(keys.all_alive, self._callback("online"), history=True),
+            liveliness.declare_subscriber(
+                key_expressions.ALL_ARENAS_ALIVE, self._callback("online"), history=True
             ),
         ]
 
     @property
     def dropped(self) -> int:
-        """How much was heard and lost since it was too much at once."""
-        return self._waiting.dropped
+        """How many samples were dropped because too many waited."""
+        return self._queue.dropped
 
     def poll(self) -> list[StatusChange]:
-        """Take in what was heard since the last time, ask what is to be asked, and return what is new."""
+        """Handle what has arrived since the last call, and send the requests that are due; return the changes."""
         changes: list[StatusChange] = []
-        for sample in self._waiting.take_all():
-            if self._on_event is not None:
-                self._on_event(sample)
-            changes += self.monitor.handle_sample(sample)
+        for raw in self._queue.get_all():
+            self._on_raw_sample(raw)
+            changes += self.monitor.handle_sample(parse_sample(raw))
         unix_s = time.time()
         self.monitor.handle_timeouts(unix_s)
-        if self._asks:
+        if self._sends_requests:
             for request in self.monitor.due_requests(unix_s):
-                self._ask(request)
+                self._send(request)
         return changes
 
-    def _listen(self, kind: SampleKind) -> Any:
+    def _callback(self, kind: SampleKind) -> Any:
         def on_sample(sample: zenoh.Sample) -> None:
-            is_gone = kind == "alive" and sample.kind == zenoh.SampleKind.DELETE
-            self._put("gone" if is_gone else kind, sample)
+            is_offline = kind == "online" and sample.kind == zenoh.SampleKind.DELETE
+            self._enqueue("offline" if is_offline else kind, sample)
 
         return Callback(on_sample, indirect=False)
 
-    def _ask(self, request: BackfillRequest) -> None:
-        """Ask all who answer to a key: one of them may be an impostor."""
+    def _send(self, request: BackfillRequest) -> None:
+        """Send a request to all that reply to its key: one of them may be an impostor."""
 
         def on_reply(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
-                self._put(request.kind, reply.ok)
+                self._enqueue(request.kind, reply.ok)
 
         self._session.get(
             request.key,
             Callback(on_reply, indirect=False),
             payload=request.payload,
-            timeout=ANSWER_S,
+            timeout=REPLY_TIMEOUT_S,
             target=zenoh.QueryTarget.ALL,
             consolidation=zenoh.ConsolidationMode.NONE,
         )
 
-    def _put(self, kind: SampleKind, sample: zenoh.Sample) -> None:
-        payload = sample.payload
-        data = payload.to_bytes() if len(payload) <= _LONGEST.get(kind, 0) else b""
-        self._waiting.put(
-            TelemetrySample(kind, str(sample.key_expr), data, int(1000.0 * time.time()))
-        )
-
-
-class _Waiting:
-    """What was heard and not looked at yet: bounded. Tokens are not said again and have twice the room."""
-
-    def __init__(self) -> None:
-        self.dropped = 0
-        self._heard: deque[TelemetrySample] = deque()
-        self._bytes = 0
-        self._lock = threading.Lock()
-
-    def put(self, sample: TelemetrySample) -> None:
-        """Enqueue, from any thread."""
-        room = 2 if sample.kind in ("alive", "gone") else 1
-        with self._lock:
-            if len(self._heard) >= room * _MAX_WAITING or self._bytes >= room * _MAX_BYTES:
-                self.dropped += 1
-                return
-            self._heard.append(sample)
-            self._bytes += len(sample.data)
-
-    def take_all(self) -> deque[TelemetrySample]:
-        """Return all that waits, in the order in which it came."""
-        with self._lock:
-            taken, self._heard, self._bytes = self._heard, deque(), 0
-        return taken
+    def _enqueue(self, kind: SampleKind, sample: zenoh.Sample) -> None:
+        is_short = len(sample.payload) <= _MAX_PAYLOAD_BYTES.get(kind, 0)
+        payload = sample.payload.to_bytes() if is_short else b""
+        raw = RawSample(kind, str(sample.key_expr), payload, int(1000.0 * time.time()))
+        is_token = kind in ("online", "offline")
+        self._queue.put(raw, len(payload), _TOKEN_LIMIT_FACTOR if is_token else 1.0)

@@ -1,4 +1,4 @@
-"""What a colony looks like from outside, in the terminal, straight from Zenoh: `crcolony top` and `crcolony status`."""
+"""Shows the state of a colony in the terminal: `crcolony top` and `crcolony status`."""
 
 import json
 import threading
@@ -17,13 +17,19 @@ from crcolony.telemetry.subscriber import TelemetrySubscriber
 from crcolony.transport.zenoh_session import NetworkSettings, open_session
 
 _REFRESH_S = 0.25
+"""Between two updates of the table."""
 _PLAIN_LINES_S = 5.0
+"""Between two lines where the output is no terminal."""
+_POLL_S = 0.05
+"""Between two polls of `crcolony status`."""
+_DISCOVERY_S = 0.7
+"""So long `crcolony status` waits for further robots, at least."""
 _TABLE_WIDTH = 110
-"""Of a table that is not for a terminal"""
+"""Of a table where the output is no terminal."""
 
 
 def run_top(network: NetworkSettings, colony: str, seconds: float | None) -> int:
-    """Show the colony until Ctrl-C; without a terminal, plain lines now and then."""
+    """Show the colony until Ctrl-C or for some seconds; where the output is no terminal, print a line every 5 s."""
     console = Console()
     woken = threading.Event()
     stop = ShutdownSignal(seconds / 60.0 if seconds else None, wake=woken.set)
@@ -44,7 +50,7 @@ def run_top(network: NetworkSettings, colony: str, seconds: float | None) -> int
 
 
 def table_of(monitor: ColonyMonitor, unix_s: float) -> Table:
-    """Return the present state as a table with a row for each robot."""
+    """Return the present state as a table with one row per robot."""
     table = Table(box=None, pad_edge=False, title_justify="left", title=headline(monitor))
     for name in ("robot", "", "energy", "module", "gen", "matings", "children", "pool", "doubt"):
         is_number = name in ("gen", "matings", "children", "pool", "doubt")
@@ -52,34 +58,34 @@ def table_of(monitor: ColonyMonitor, unix_s: float) -> Table:
     table.add_column("age", justify="right")
     table.add_column("lost", justify="right")
     if not monitor.robots:
-        table.add_row("no robots yet; looking …")
+        table.add_row("no robots yet; waiting …")
     for status in monitor.all:
         table.add_row(*_row(status, unix_s))
     return table
 
 
 def headline(monitor: ColonyMonitor) -> str:
-    """Say how many robots are alive, and what the arenas do."""
+    """Return a line with the number of robots that are alive, and the state of the arenas."""
     arenas = [
-        f"arena {name}: " + (f"tick {arena.scene.tick}" if arena.scene else "quiet")
+        f"arena {name}: " + (f"tick {arena.scene.tick}" if arena.scene else "no scene yet")
         if arena.is_alive
-        else f"arena {name}: gone"
+        else f"arena {name}: offline"
         for name, arena in sorted(monitor.arenas.items())
     ]
-    return f"{len(monitor.alive)} robots alive   " + ("   ".join(arenas) or "no arena in sight")
+    return f"{len(monitor.alive)} robots alive   " + ("   ".join(arenas) or "no arena online")
 
 
 def _row(status: RobotStatus, unix_s: float) -> list[str]:
     state, name = status.state, status.robot.hex()[:8]
     if state is None:
-        return [name, "alive" if status.is_alive else "gone"]
+        return [name, "alive" if status.is_alive else "offline"]
     age_s = unix_s - status.updated_s
-    how = "gone" if not status.is_alive else "silent" if age_s > SILENT_AFTER_S else "alive"
-    style = {"gone": "[dim red]", "silent": "[yellow]", "alive": "[green]"}[how]
+    presence = "offline" if not status.is_alive else "silent" if age_s > SILENT_AFTER_S else "alive"
+    style = {"offline": "[dim red]", "silent": "[yellow]", "alive": "[green]"}[presence]
     bar = "█" * round(8 * state.energy)
     return [
         f"{name} #{state.number}",
-        f"{style}{how}[/]" + (f" ({status.restarts} restarts)" if status.restarts else ""),
+        f"{style}{presence}[/]" + (f" ({status.restarts} restarts)" if status.restarts else ""),
         f"{bar:░<8} {state.energy:.2f}",
         {0: "foraging", 1: "mating"}.get(state.module, "-") if state.arena else "no body",
         str(state.generation),
@@ -93,7 +99,7 @@ def _row(status: RobotStatus, unix_s: float) -> list[str]:
 
 
 def plain_line(monitor: ColonyMonitor) -> str:
-    """Say the same in one line."""
+    """Return the present state in one line: means, minima and sums over the robots."""
     states = [status.state for status in monitor.alive if status.state is not None]
     if not states:
         return headline(monitor).strip()
@@ -106,18 +112,18 @@ def plain_line(monitor: ColonyMonitor) -> str:
 
 
 def run_status(network: NetworkSettings, colony: str, seconds: float, as_json: bool) -> None:
-    """Listen for a while, then say who is alive and how they are."""
+    """Print the present state once; it waits for some seconds at most, until the state of every robot is known."""
     with open_session(network) as session:
         subscriber = TelemetrySubscriber(session, colony)
         end_s = time.monotonic() + seconds
-        settled_s = time.monotonic() + min(seconds, 0.7)
+        settled_s = time.monotonic() + min(seconds, _DISCOVERY_S)
         pause = threading.Event()
         while time.monotonic() < end_s:
-            pause.wait(0.05)
+            pause.wait(_POLL_S)
             subscriber.poll()
-            known = subscriber.monitor.alive
-            is_known = bool(known) and all(status.state for status in known)
-            if is_known and time.monotonic() > settled_s:
+            robots = subscriber.monitor.alive
+            is_complete = bool(robots) and all(status.state for status in robots)
+            if is_complete and time.monotonic() > settled_s:
                 break
         subscriber.poll()
         if as_json:
@@ -129,7 +135,7 @@ def run_status(network: NetworkSettings, colony: str, seconds: float, as_json: b
 
 
 def as_dict(monitor: ColonyMonitor, unix_s: float) -> dict[str, Any]:
-    """Return what is known, for programs."""
+    """Return the present state for `--json`."""
     return {
         "robots": [_robot_as_dict(status, unix_s) for status in monitor.all],
         "arenas": [
@@ -145,14 +151,14 @@ def as_dict(monitor: ColonyMonitor, unix_s: float) -> dict[str, Any]:
 
 def _robot_as_dict(status: RobotStatus, unix_s: float) -> dict[str, Any]:
     state = status.state
-    message: dict[str, Any] = {"id": status.robot.hex(), "colony": status.colony}
-    message["alive"] = status.is_alive
+    result: dict[str, Any] = {"id": status.robot.hex(), "colony": status.colony}
+    result["alive"] = status.is_alive
     if state is None:
-        return message | dict.fromkeys(("energy", "generation", "matings"))
+        return result | dict.fromkeys(("energy", "generation", "matings"))
     fields = (
         "number", "arena", "incarnation", "tick", "generation", "agent", "energy", "matings",
         "conceptions", "captures", "pool", "waiting", "doubts", "orphaned", "peers", "refused", "dropped",
         "faults", "period_ms",
     )  # fmt: skip
-    message |= {name: getattr(state, name) for name in fields}
-    return message | {"age_s": round(unix_s - status.updated_s, 3), "missed": status.missed}
+    result |= {name: getattr(state, name) for name in fields}
+    return result | {"age_s": round(unix_s - status.updated_s, 3), "missed": status.missed}

@@ -61,9 +61,9 @@ def run_dashboard(watching: DashboardOptions) -> None:
         subscriber = TelemetrySubscriber(
             session,
             watching.colony,
-            asks=True,
+            sends_requests=True,
             history=_HISTORY,
-            on_event=sample.add if sample is not None else None,
+            on_raw_sample=sample.add if sample is not None else lambda raw: None,
         )
         dashboard = Dashboard(subscriber.monitor, watching.agent)
         streams, url = _streams(watching, dashboard)

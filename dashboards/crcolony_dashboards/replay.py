@@ -6,7 +6,8 @@ from pathlib import Path
 
 from crcolony.recordings.resimulation import Windows
 from crcolony.recordings.sources import is_recorded, samples_of
-from crcolony.telemetry.colony_monitor import ColonyMonitor, TelemetrySample
+from crcolony.telemetry.colony_monitor import ColonyMonitor
+from crcolony.telemetry.samples import SceneSample, TelemetrySample
 from crcolony_dashboards.dashboard import Dashboard
 from crcolony_dashboards.rerun_check import DashboardError, check_rerun
 from crcolony_dashboards.rerun_streams import RerunStreams
@@ -67,7 +68,7 @@ def play(
         is_shown = before_s - scene_s < _SILENT_S
         if now_s > before_s > 0.0 and (fine if is_shown else coarse).is_due(before_s):
             dashboard.draw(streams, before_s)
-        if one.kind == "scene":
+        if isinstance(one, SceneSample):
             scene_s = now_s
         dashboard.handle_changes(dashboard.view.monitor.handle_sample(one), now_s)
     if now_s > 0.0:

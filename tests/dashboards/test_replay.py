@@ -132,7 +132,7 @@ def test_a_run_that_comes_out_otherwise_is_filmed_and_said(folder: Path, tmp_pat
     shutil.copytree(folder, copy)
     message = json.loads((copy / "run.json").read_text())
     (copy / "run.json").write_text(json.dumps({**message, "history_hash": "00" * 16}))
-    with pytest.raises(HistoryDiffersError, match="lived again"):
+    with pytest.raises(HistoryDiffersError, match="re-simulated"):
         run_replay(copy, None, WINDOWS)
     assert moving(copy / REPLAY, "/evolution/matings/colony")
 

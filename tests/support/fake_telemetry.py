@@ -1,4 +1,4 @@
-"""Colonies that are only told of: what a dashboard hears, in short words, for tests."""
+"""A fake source of telemetry for tests of dashboards: it makes samples and feeds a real monitor and view with them."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -32,8 +32,9 @@ from crcolony.protocol.telemetry_messages import (
 )
 from crcolony.robot.genes import agent_schema
 from crcolony.robot.settings import Heredity, Learning
-from crcolony.telemetry.colony_monitor import ColonyMonitor, SampleKind, TelemetrySample
+from crcolony.telemetry.colony_monitor import ColonyMonitor
 from crcolony.telemetry.presence import FORGET_S
+from crcolony.telemetry.samples import RawSample, SampleKind, parse_sample
 from crcolony.world.settings import ArenaSettings
 from tests.vectors.make import TELEMETRY
 
@@ -47,7 +48,7 @@ NATURE = settings_as_json({"arena": ArenaSettings(), "body": CyberRodent()}, MAX
 SCHEMA = agent_schema(Learning(), Heredity())
 
 Where = tuple[int, float, float] | tuple[int, float, float, float]
-"""A robot by its number, where it is (m), and whither it looks (rad)"""
+"""A robot by its number, its position (m) and its heading (rad)."""
 
 
 def agent(robot: int, number: int) -> str:
@@ -66,7 +67,7 @@ def lived(name: str, generation: int = 0, **changes: Any) -> Lived:
 
 
 def mated(one: int, other: int, count: int = 1, **changes: Any) -> Exchanged:
-    """One side of a mating that `one` proposed."""
+    """Return one side of a mating that `one` proposed."""
     encounter = Encounter(IDS[one], IDS[other], 3, count)
     event = Exchanged(70, encounter, agent(one, 0), agent(other, 0), 0.5, False, False)
     return msgspec.structs.replace(event, **changes)
@@ -77,7 +78,7 @@ def met(other: int) -> Met:
 
 
 class FakeTelemetry:
-    """What is heard of colonies, through a real watch; `at_s` is when."""
+    """Samples of colonies, handled by a real monitor at the time `at_s` (unix seconds)."""
 
     def __init__(self, view: ColonyView | None = None) -> None:
         self.view = view or ColonyView(ColonyMonitor())
@@ -87,19 +88,18 @@ class FakeTelemetry:
         self._scenes = 0
 
     def on_event(self, kind: SampleKind, key: str, message: Message | bytes = b"") -> None:
-        data = message if isinstance(message, bytes) else encode(message)
-        for changes in self.monitor.handle_sample(
-            TelemetrySample(kind, key, data, round(1000.0 * self.at_s))
-        ):
-            self.view.handle_change(changes, self.at_s)
+        payload = message if isinstance(message, bytes) else encode(message)
+        raw = RawSample(kind, key, payload, round(1000.0 * self.at_s))
+        for change in self.monitor.handle_sample(parse_sample(raw)):
+            self.view.handle_change(change, self.at_s)
 
     def come(self, *robots: int, colony: str = "blue", incarnation: int = 3) -> None:
         for robot in robots:
-            self.on_event("alive", ColonyKeys(colony).alive(IDS[robot], incarnation, "a"))
+            self.on_event("online", ColonyKeys(colony).alive(IDS[robot], incarnation, "a"))
 
     def go(self, *robots: int, colony: str = "blue", incarnation: int = 3) -> None:
         for robot in robots:
-            self.on_event("gone", ColonyKeys(colony).alive(IDS[robot], incarnation, "a"))
+            self.on_event("offline", ColonyKeys(colony).alive(IDS[robot], incarnation, "a"))
 
     def state(self, *robots: int, colony: str = "blue", **changes: Any) -> None:
         for robot in robots:
@@ -110,7 +110,7 @@ class FakeTelemetry:
             self.on_event("state", key, msgspec.structs.replace(state, **message))
 
     def join(self, *robots: int, colony: str = "blue", **changes: Any) -> None:
-        """Let robots come, say how they are, and be seen."""
+        """Let robots come online and publish their state, and let the view refresh."""
         self.come(*robots, colony=colony)
         self.state(*robots, colony=colony, **changes)
         self.pass_s(0.5)
@@ -136,7 +136,7 @@ class FakeTelemetry:
         self.on_event("metadata", ColonyKeys(colony).metadata(IDS[robot]), about)
 
     def about_arena(self, name: str = "lab", settings: str = NATURE) -> None:
-        self.on_event("alive", ArenaKeys(name).alive(7, "a"))
+        self.on_event("online", ArenaKeys(name).alive(7, "a"))
         self.on_event("metadata", ArenaKeys(name).metadata, ArenaMetadata(name, 7, settings))
 
     def scene(
@@ -146,7 +146,7 @@ class FakeTelemetry:
         packs: Sequence[tuple[float, float, float]] = (),
         **changes: Any,
     ) -> None:
-        """Let an arena tell where robots and packs (with their charge) are."""
+        """Let an arena publish a scene with robots and packs (x_m, y_m, charge)."""
         self._scenes += 1
         bodies = [_body(*where) for where in robots]
         seen = [ScenePack(x_m, y_m, 0.0, 1.0, 0.0, charge) for x_m, y_m, charge in packs]
@@ -154,12 +154,12 @@ class FakeTelemetry:
         self.on_event("scene", ArenaKeys(arena).scene, msgspec.structs.replace(scene, **changes))
 
     def pass_s(self, seconds: float) -> None:
-        """Let time pass, and the spectator look."""
+        """Let time pass, and let the view refresh."""
         self.at_s += seconds
         self.view.refresh(self.at_s)
 
     def forget_absent(self) -> None:
-        """Let everybody be forgotten who has no token, arenas too: as if they had been silent for long."""
+        """Remove all robots and arenas that are offline, as after a long silence."""
         self.monitor.handle_timeouts(self.at_s + FORGET_S + 1.0)
 
     def moment(self) -> Moment:

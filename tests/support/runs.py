@@ -1,4 +1,4 @@
-"""Short runs for tests of dashboards, as folders and as what is heard of them."""
+"""Short runs for tests of recordings and dashboards, as folders and as samples."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -9,37 +9,37 @@ from crcolony.config import Config
 from crcolony.evolution.history import Born, Died, Event, Lived, Mated, OwnEvent, TurnedOver
 from crcolony.in_process.run import run_until_done, start_run
 from crcolony.protocol.identity import RobotId
-from crcolony.protocol.telemetry_messages import EventMessage, Exchanged, decode_event
+from crcolony.protocol.telemetry_messages import EventMessage, Exchanged
 from crcolony.results.run_folder import RunFolder
-from crcolony.telemetry.colony_monitor import TelemetrySample
+from crcolony.telemetry.samples import EventSample, TelemetrySample
 
 
 def run(folder: Path, config: Config, stop_after: int = 10**9) -> RunFolder:
-    """Run an embedded colony until its end, or until it was looked at `stop_after` times."""
+    """Run an in-process colony until its end, or until it has asked `stop_after` times whether to stop."""
     results, colony = start_run(folder, config)
-    looks = iter(range(stop_after))
-    run_until_done(results, colony, lambda: next(looks, None) is None, lambda _: None)
+    checks = iter(range(stop_after))
+    run_until_done(results, colony, lambda: next(checks, None) is None, lambda _: None)
     results.close()
     return results
 
 
-def told_in(sample: Iterable[TelemetrySample]) -> list[EventMessage]:
-    return [decode_event(one.data) for one in sample if one.kind == "event"]
+def event_messages(samples: Iterable[TelemetrySample]) -> list[EventMessage]:
+    return [sample.message for sample in samples if isinstance(sample, EventSample)]
 
 
-def history_in(sample: Iterable[TelemetrySample], robots: Sequence[RobotId]) -> list[Event]:
-    """Return the history that robots tell of, called by their numbers again; both sides of a mating are one event."""
+def history_of(samples: Iterable[TelemetrySample], robots: Sequence[RobotId]) -> list[Event]:
+    """Return the history in samples, with numbers for ids of robots; both sides of a mating are one event."""
     numbers = {robot.hex(): number for number, robot in enumerate(robots)}
     events: list[Event] = []
     sides: list[EventMessage] = []
-    for message in told_in(sample):
+    for message in event_messages(samples):
         if isinstance(message.event, Exchanged):
             sides.append(message)
             if len(sides) == 2:
                 events.append(_mated(sides[0], sides[1], numbers))
                 sides.clear()
         elif isinstance(message.event, Born | Died | Lived | TurnedOver):
-            events.append(_renamed(message.event, numbers))
+            events.append(_with_robot_numbers(message.event, numbers))
     assert not sides
     return events
 
@@ -54,8 +54,8 @@ def _mated(one: EventMessage, other: EventMessage, numbers: dict[str, int]) -> M
         tick=own.tick,
         robot=numbers[one.robot.hex()],
         partner_robot=numbers[other.robot.hex()],
-        agent=_by_number(own.agent, numbers),
-        partner=_by_number(own.partner, numbers),
+        agent=_agent_with_robot_number(own.agent, numbers),
+        partner=_agent_with_robot_number(own.partner, numbers),
         energy=own.energy,
         partner_energy=partners.energy,
         conceived=own.conceived,
@@ -63,15 +63,15 @@ def _mated(one: EventMessage, other: EventMessage, numbers: dict[str, int]) -> M
     )
 
 
-def _renamed(event: OwnEvent, numbers: dict[str, int]) -> OwnEvent:
+def _with_robot_numbers(event: OwnEvent, numbers: dict[str, int]) -> OwnEvent:
     names = {
-        field: _by_number(name, numbers)
+        field: _agent_with_robot_number(name, numbers)
         for field in ("agent", "mother", "father")
         if (name := getattr(event, field, None)) is not None
     }
     return msgspec.structs.replace(event, **names)
 
 
-def _by_number(name: str, numbers: dict[str, int]) -> str:
+def _agent_with_robot_number(name: str, numbers: dict[str, int]) -> str:
     robot, _, own = name.partition("/")
     return f"{numbers[robot]}/{own}"

@@ -134,7 +134,7 @@ def test_who_comes_late_learns_what_was_before_and_sees_who_dies_and_comes_back(
 
 def test_too_much_at_once_is_dropped_and_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     """Tokens have twice the room, since they are not said again; what is longer than a message may be is not kept."""
-    monkeypatch.setattr(subscriber, "_MAX_WAITING", 10)
+    monkeypatch.setattr(subscriber, "_MAX_SAMPLES", 10)
     of = ColonyKeys("blue")
     sample: list[TelemetrySample] = []
     with open_session(NetworkSettings(listen=(f"tcp/127.0.0.1:{free_port()}",))) as session:

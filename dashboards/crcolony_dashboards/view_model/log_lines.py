@@ -7,6 +7,7 @@ from typing import Literal
 from crcolony.evolution.history import Died, TurnedOver
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import EncounterOutcome, EventMessage, Exchanged, Fault
+from crcolony.telemetry.event_text import format_event
 from crcolony.telemetry.status_changes import (
     ArenaJoined,
     ArenaLeft,
@@ -21,16 +22,6 @@ Level = Literal["INFO", "WARN", "ERROR"]
 Call = Callable[[RobotId], str]
 """How a robot is called"""
 
-_OUTCOMES = {
-    "aborted": "was called off",
-    "expired": "came to nothing: no answer in time",
-    "refused": "was refused",
-    "orphaned": "is orphaned: the partner has not come back",
-    "doubt": "is in doubt: the partner has not said how it decided",
-    "resolved": "is resolved: the partner is back",
-    "storage": "failed: no room on the disk",
-}
-"""What is said of an encounter; that one has mated or was busy is not"""
 _WORRYING = ("orphaned", "doubt", "storage")
 
 
@@ -62,26 +53,22 @@ def in_words(changes: StatusChange, call: Call) -> Line | None:
 
 
 def _event_in_words(message: EventMessage, call: Call) -> Line | None:
+    event, text = message.event, format_event(message.robot, message.event, call)
+    if text is None:
+        return None
     me = call(message.robot)
-    match message.event:
-        case Exchanged(encounter=encounter) as event:
-            both = (encounter.initiator, encounter.responder)
-            partner = call(both[both[0] == message.robot])
-            what = "conceived" if event.conceived else "did not conceive"
-            what = "was too late to conceive" if event.too_late else what
-            return Line("mating", f"{me} mated with {partner} and {what}")
-        case Died(agent=agent):
-            return Line("death", f"{me}: agent {number_of(agent)} starved")
-        case TurnedOver(generation=generation, offspring=offspring):
-            return Line(
-                "turnover", f"{me} begins generation {generation} from {offspring} offspring"
-            )
-        case EncounterOutcome(outcome=outcome, peer=peer, reason=reason) if outcome in _OUTCOMES:
-            why = f" ({reason})" if reason else ""
-            text = f"{me}: the mating with {call(peer)} {_OUTCOMES[outcome]}{why}"
-            return Line("encounter", text, "WARN" if outcome in _WORRYING else "INFO")
-        case Fault(what=what):
-            return Line("fault", f"{me}: {what}", "ERROR")
+    match event:
+        case Exchanged():
+            return Line("mating", f"{me} {text}")
+        case Died():
+            return Line("death", f"{me}: {text}")
+        case TurnedOver():
+            return Line("turnover", f"{me} {text}")
+        case EncounterOutcome(outcome=outcome) if outcome != "busy":
+            level: Level = "WARN" if outcome in _WORRYING else "INFO"
+            return Line("encounter", f"{me}: {text}", level)
+        case Fault():
+            return Line("fault", f"{me}: {text}", "ERROR")
     return None
 
 

@@ -30,7 +30,7 @@ def test_the_log_says_what_happened(show: Show) -> None:
     show.sample.tell(1, Fault(7, "no arena"))
     show.sample.go(0)
     assert written(show.draw(1.0)) == [
-        ("/log/mating", "#0 mated with #1 and conceived", "INFO"),
+        ("/log/mating", "#0 mated with #1, conceived (energy 0.50)", "INFO"),
         ("/log/death", "#0: agent 3 starved", "INFO"),
         ("/log/fault", "#1: no arena", "ERROR"),
         ("/log/presence", "#0 is gone", "WARN"),

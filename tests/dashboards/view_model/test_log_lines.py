@@ -47,11 +47,11 @@ def test_who_comes_and_goes_is_said(changes: StatusChange, line: Line) -> None:
 @pytest.mark.parametrize(
     ("event", "line"),
     [
-        (mated(0, 1, conceived=True), Line("mating", "#0 mated with #1 and conceived")),
-        (mated(1, 0), Line("mating", "#0 mated with #1 and did not conceive")),
+        (mated(0, 1, conceived=True), Line("mating", "#0 mated with #1, conceived (energy 0.50)")),
+        (mated(1, 0), Line("mating", "#0 mated with #1, no offspring (energy 0.50)")),
         (
             mated(0, 1, too_late=True),
-            Line("mating", "#0 mated with #1 and was too late to conceive"),
+            Line("mating", "#0 mated with #1, too late to conceive (energy 0.50)"),
         ),
         (Died(9, 0, agent(0, 17)), Line("death", "#0: agent 17 starved")),
         (TurnedOver(9, 0, 5, 7), Line("turnover", "#0 begins generation 5 from 7 offspring")),
@@ -74,7 +74,7 @@ def test_what_became_of_a_mating_is_said_unless_it_took_place() -> None:
     message = {outcome: line for outcome, line in lines.items() if line is not None}
     assert len({line.text for line in message.values()}) == len(message) == len(lines) - 2
     for line in message.values():
-        assert line.text.startswith("#0: the mating with #1 ")
+        assert line.text.startswith("#0: mating with #1: ")
         assert line.text.endswith(" (busy)")
     worrying = {outcome for outcome, line in message.items() if line.level == "WARN"}
     assert worrying == {"orphaned", "doubt", "storage"}
@@ -83,7 +83,7 @@ def test_what_became_of_a_mating_is_said_unless_it_took_place() -> None:
 def test_a_reason_that_nobody_gave_is_not_said() -> None:
     """Nothing stands in brackets then."""
     line = said(EncounterOutcome(9, "refused", IDS[1], None, ""))
-    assert line == Line("encounter", "#0: the mating with #1 was refused")
+    assert line == Line("encounter", "#0: mating with #1: refused")
 
 
 @pytest.mark.parametrize("event", [met(1), born(agent(0, 1)), lived(agent(0, 1))])

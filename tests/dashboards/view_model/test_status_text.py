@@ -37,14 +37,14 @@ def test_who_is_alive_and_who_is_gone_is_counted(sample: FakeTelemetry) -> None:
 
 def test_an_arena_tells_its_time_and_how_many_bodies_it_has(sample: FakeTelemetry) -> None:
     """Until it is gone; one of which nothing was seen that could be shown says nothing."""
-    sample.on_event("alive", ArenaKeys("lab").alive(7, "a"))
-    sample.on_event("alive", ArenaKeys("liar").alive(7, "a"))
+    sample.on_event("online", ArenaKeys("lab").alive(7, "a"))
+    sample.on_event("online", ArenaKeys("liar").alive(7, "a"))
     sample.scene((0, 0.0, 0.0), (1, 0.5, 0.0), tick=18_305)
     sample.scene((0, 0.0, 0.0), arena="liar", period_s=float("nan"))
     sample.pass_s(0.5)
     assert "- arena **lab**: 1:01:01 of its time, 2 bodies" in words(sample)
     assert "liar" not in words(sample)
-    sample.on_event("gone", ArenaKeys("lab").alive(7, "a"))
+    sample.on_event("offline", ArenaKeys("lab").alive(7, "a"))
     assert "- arena **lab** is gone" in words(sample)
 
 

@@ -5,15 +5,11 @@ from pathlib import Path
 from typing import get_args
 
 import msgspec
-import pytest
 
 from crcolony.evolution.history import Born
-from crcolony.protocol.codec import MAX_BODY_MESSAGE_BYTES
-from crcolony.protocol.key_expressions import ColonyKeys
 from crcolony.protocol.telemetry_messages import EventMessage
-from crcolony.telemetry import subscriber
-from crcolony.telemetry.colony_monitor import SampleKind, TelemetrySample
 from crcolony.telemetry.robot_status import ArenaStatus
+from crcolony.telemetry.samples import RawSample, SampleKind
 from crcolony.telemetry.status_changes import (
     ArenaJoined,
     EventReceived,
@@ -23,7 +19,7 @@ from crcolony.telemetry.status_changes import (
     StatusChange,
 )
 from crcolony.telemetry.subscriber import TelemetrySubscriber
-from crcolony.transport.zenoh_session import NetworkSettings, free_port, open_session
+from crcolony.transport.zenoh_session import NetworkSettings, open_session
 from tests.support.process import Robot, wait_until
 from tests.support.process_colony import colony
 
@@ -112,7 +108,7 @@ def test_who_comes_late_learns_what_was_before_and_sees_who_dies_and_comes_back(
     tmp_path: Path,
 ) -> None:
     """By asking robots and the arena; nothing that was heard is malformed or lost."""
-    sample: list[TelemetrySample] = []
+    sample: list[RawSample] = []
     with colony(tmp_path) as made:
         made.arena(ROBOTS, "--hz", "30")
         for _ in range(ROBOTS):
@@ -121,7 +117,9 @@ def test_who_comes_late_learns_what_was_before_and_sees_who_dies_and_comes_back(
             robot.wait_for("mated with")
         with open_session(NetworkSettings(connect=(made.endpoint,))) as session:
             late = ColonyView(
-                TelemetrySubscriber(session, asks=True, history=10_000, on_event=sample.append)
+                TelemetrySubscriber(
+                    session, sends_requests=True, history=10_000, on_raw_sample=sample.append
+                )
             )
             late.wait(late.knows_all, "all robots are known, with their past")
             check_past(late, made.ids)
@@ -130,29 +128,3 @@ def test_who_comes_late_learns_what_was_before_and_sees_who_dies_and_comes_back(
             check_comeback(late, made.robots[0])
             assert late.monitor.malformed == late.monitor.ignored == late.subscriber.dropped == 0
     assert {one.kind for one in sample} == set(get_args(SampleKind))
-
-
-def test_too_much_at_once_is_dropped_and_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Tokens have twice the room, since they are not said again; what is longer than a message may be is not kept."""
-    monkeypatch.setattr(subscriber, "_MAX_SAMPLES", 10)
-    of = ColonyKeys("blue")
-    sample: list[TelemetrySample] = []
-    with open_session(NetworkSettings(listen=(f"tcp/127.0.0.1:{free_port()}",))) as session:
-        watching = TelemetrySubscriber(session, "blue", on_event=sample.append)
-        session.put(of.state(bytes(16)), bytes(MAX_BODY_MESSAGE_BYTES + 1))
-        for _ in range(14):
-            session.put(of.event(bytes(16)), b"noise")
-        tokens = [
-            session.liveliness().declare_token(of.alive(bytes(16), incarnation, "a"))
-            for incarnation in range(15)
-        ]
-        assert watching.poll() == [
-            RobotJoined(bytes(16)),
-            *(RobotRestarted(bytes(16), incarnation) for incarnation in range(1, 10)),
-        ]
-        assert watching.dropped == 5 + 5
-        assert watching.poll() == []
-        assert len(tokens) == 15
-    assert [one.kind for one in sample] == ["state", *["event"] * 9, *["alive"] * 10]
-    assert sample[0].data == b""
-    assert watching.monitor.malformed == 10

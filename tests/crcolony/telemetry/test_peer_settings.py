@@ -1,4 +1,4 @@
-"""What robots and arenas say of their settings is read once; from nonsense comes nothing, and no error."""
+"""The settings in metadata are decoded once; invalid settings count as none, and raise no error."""
 
 import json
 
@@ -19,8 +19,8 @@ def arena(text: str) -> ArenaMetadata:
     return ArenaMetadata("lab", 7, text)
 
 
-def test_a_robot_says_how_its_genes_are_read() -> None:
-    """And much that nobody here needs."""
+def test_the_metadata_of_a_robot_holds_the_settings_that_decode_its_genes() -> None:
+    """Further settings are ignored."""
     message = json.loads(SETTINGS) | {"life": {"agents": 20}}
     message["body"]["camera_range_m"] = 0.75
     assert PeerSettings().of_robot(robot(json.dumps(message))) == Mind(
@@ -28,8 +28,8 @@ def test_a_robot_says_how_its_genes_are_read() -> None:
     )
 
 
-def test_an_arena_says_what_its_bodies_are_like() -> None:
-    """Whether or not it says anything else."""
+def test_the_metadata_of_an_arena_holds_the_settings_of_its_bodies() -> None:
+    """With or without further settings."""
     message = {"body": {"camera_half_angle_rad": 0.5}}
     assert PeerSettings().of_arena(arena(NATURE)) == CyberRodent()
     assert PeerSettings().of_arena(arena(json.dumps(message))) == CyberRodent(
@@ -42,30 +42,30 @@ def test_an_arena_says_what_its_bodies_are_like() -> None:
     ["", "{", "[]", "{}", '{"body":{}}', '{"body":{},"learning":{"tilings":-1},"heredity":{}}',
      '{"body":{"wings":2},"learning":{},"heredity":{}}'],
 )  # fmt: skip
-def test_from_nonsense_comes_nothing(text: str) -> None:
-    """No JSON, groups that are missing, numbers out of range, and settings of another program."""
+def test_invalid_settings_count_as_none(text: str) -> None:
+    """No JSON, missing groups, numbers out of range, and settings of another program."""
     settings = PeerSettings()
     assert settings.of_robot(robot(text)) is None
     assert settings.of_robot(robot(text)) is None
     assert settings.of_arena(arena(text.replace('"body":{}', '"body":1'))) is None
 
 
-def test_who_has_said_nothing_has_no_settings() -> None:
-    """A robot or an arena that was not asked yet."""
+def test_unknown_metadata_has_no_settings() -> None:
+    """Of a robot or an arena that has not replied yet."""
     assert PeerSettings().of_robot(None) is None
     assert PeerSettings().of_arena(None) is None
 
 
-def test_settings_are_read_once() -> None:
-    """Of all who say the same; one text is read for a robot in one way and for an arena in another."""
+def test_settings_are_decoded_once() -> None:
+    """For all robots with the same text; the same text of an arena is decoded on its own."""
     settings = PeerSettings()
     first = settings.of_robot(robot(SETTINGS))
     assert settings.of_arena(arena(SETTINGS)) == CyberRodent()
     assert settings.of_robot(RobotMetadata(IDS[1], 4, SETTINGS, [])) is first
 
 
-def test_endless_nonsense_takes_no_endless_memory() -> None:
-    """What was read long ago is read again."""
+def test_the_cache_is_bounded() -> None:
+    """Settings that were decoded long ago are decoded again."""
     settings = PeerSettings()
     first = settings.of_robot(robot(SETTINGS))
     for number in range(1_100):

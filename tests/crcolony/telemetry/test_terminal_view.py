@@ -1,0 +1,98 @@
+"""The terminal shows every robot with its state, and the arenas, as a table, as a line, and as JSON."""
+
+import json
+
+import msgspec
+import pytest
+from rich.console import Console
+
+from crcolony.protocol.telemetry_messages import SILENT_AFTER_S
+from crcolony.telemetry.colony_monitor import ColonyMonitor
+from crcolony.telemetry.terminal_view import as_dict, headline, plain_line, table_of
+from tests.support.fed_monitor import A_SCENE, ARENA, ME, PEER, FedMonitor, T, state
+
+
+@pytest.fixture
+def monitor() -> FedMonitor:
+    """Two robots online, one of which has published its state, and an arena."""
+    monitor = FedMonitor()
+    monitor.online(3, ME)
+    monitor.online(3, PEER)
+    changes = {"number": 7, "energy": 0.5, "generation": 4, "matings": 6, "conceptions": 2}
+    monitor.state(msgspec.structs.replace(state(), **changes))
+    monitor.handle("online", ARENA.alive(7, "a"))
+    monitor.handle("scene", ARENA.scene, A_SCENE)
+    return monitor
+
+
+def shown(monitor: ColonyMonitor, unix_s: float) -> list[str]:
+    """Return the lines of the table."""
+    console = Console(width=140, color_system=None)
+    with console.capture() as capture:
+        console.print(table_of(monitor, unix_s))
+    return capture.get().splitlines()
+
+
+def test_the_table_has_a_row_for_every_robot(monitor: FedMonitor) -> None:
+    """With its state, if it has published one."""
+    title, _, first, second = shown(monitor, T + 1.0)
+    assert title.startswith("2 robots alive   arena lab: tick ")
+    assert first.split()[:3] == [ME.hex()[:8], "#7", "alive"]
+    assert "████░░░░ 0.50" in first
+    assert "1.0 s" in first
+    assert second.split() == [PEER.hex()[:8], "alive"]
+
+
+def test_a_robot_is_alive_silent_or_offline(monitor: FedMonitor) -> None:
+    """Silent: it is online and has not published its state for long."""
+    assert "silent" in shown(monitor, T + SILENT_AFTER_S + 0.1)[2]
+    monitor.offline(3, ME)
+    assert "offline" in shown(monitor, T)[2]
+
+
+def test_restarts_are_counted(monitor: FedMonitor) -> None:
+    """Behind the robot's presence."""
+    monitor.online(4, ME, session="b")
+    assert "(1 restarts)" in shown(monitor, T)[2]
+
+
+def test_without_robots_the_table_says_so() -> None:
+    """And that there is no arena."""
+    monitor = FedMonitor()
+    assert headline(monitor) == plain_line(monitor) == "0 robots alive   no arena online"
+    assert "no robots yet; waiting …" in shown(monitor, T)[-1]
+
+
+def test_the_headline_shows_the_arenas(monitor: FedMonitor) -> None:
+    """Offline ones, and those without a scene, too."""
+    monitor.handle("offline", ARENA.alive(7, "a"))
+    monitor.handle("online", "crcolony/1/arena/other/alive/1/a")
+    assert headline(monitor) == "2 robots alive   arena lab: offline   arena other: no scene yet"
+
+
+def test_the_line_summarises_the_robots(monitor: FedMonitor) -> None:
+    """The lowest generation, sums, and the mean energy; each mating counts for two robots."""
+    monitor.state(
+        msgspec.structs.replace(
+            state(robot=PEER), energy=1.0, generation=3, matings=4, conceptions=1
+        )
+    )
+    assert plain_line(monitor).startswith("2 robots alive   arena lab: tick ")
+    assert plain_line(monitor).endswith("   generation 3, matings 5, offspring 3, energy 0.75")
+
+
+def test_json_has_all_fields_of_every_robot(monitor: FedMonitor) -> None:
+    """Null where a robot has not published its state."""
+    result = json.loads(json.dumps(as_dict(monitor, T + 2.0)))
+    known, unknown = result["robots"]
+    assert (known["id"], known["colony"], known["alive"]) == (ME.hex(), "blue", True)
+    assert (known["number"], known["energy"], known["age_s"], known["missed"]) == (7, 0.5, 2.0, 0)
+    assert unknown == {
+        "id": PEER.hex(),
+        "colony": "blue",
+        "alive": True,
+        "energy": None,
+        "generation": None,
+        "matings": None,
+    }
+    assert [(a["name"], a["alive"]) for a in result["arenas"]] == [("lab", True)]

@@ -14,9 +14,11 @@ from rerun.chunk import RrdReader
 from crcolony.protocol.identity import seeded
 from crcolony.recordings.past_run import PastRunError, read_run
 from crcolony.recordings.resimulation import HistoryDiffersError, Windows, resimulate
-from crcolony.recordings.telemetry_file import TELEMETRY_FILE, TelemetryError, TelemetryFile
+from crcolony.recordings.telemetry_file import TELEMETRY_FILE
+from crcolony.recordings.telemetry_schema import TelemetryError
 from crcolony.results.generation_table import read_table
 from crcolony.world.arena import Arena
+from tests.support.raw_samples import raw_sample, record
 from tests.support.runs import run
 from tests.support.small_colony import small
 
@@ -94,10 +96,8 @@ def test_what_was_recorded_is_seen_as_it_would_have_been(
     folder: Path, rrd: Path, tmp_path: Path
 ) -> None:
     """A telemetry file of the same colony shows the same robots at the same moments of its time."""
-    recording = TelemetryFile.open(tmp_path / "watched" / TELEMETRY_FILE)
-    for sample in resimulate(read_run(folder), WINDOWS):
-        recording.add(sample)
-    assert recording.close() is None
+    samples = resimulate(read_run(folder), WINDOWS)
+    record(tmp_path / "watched" / TELEMETRY_FILE, map(raw_sample, samples))
     run_replay(tmp_path / "watched", None, WINDOWS)
     again = tmp_path / "watched" / REPLAY
     lived, seen = (

@@ -1,4 +1,4 @@
-"""The inverse of `parse_sample`, to record synthetic samples: the raw sample that a typed one was or could have been."""
+"""The inverse of `parse_sample`, to record synthetic samples."""
 
 from collections.abc import Iterable
 from pathlib import Path

@@ -13,6 +13,9 @@ from crcolony.protocol.telemetry_messages import EventMessage, Exchanged
 from crcolony.results.run_folder import RunFolder
 from crcolony.telemetry.samples import EventSample, TelemetrySample
 
+SEED = 10
+"""Of a small colony in which every robot mates."""
+
 
 def run(folder: Path, config: Config, stop_after: int = 10**9) -> RunFolder:
     """Run an in-process colony until its end, or until it has asked `stop_after` times whether to stop."""

@@ -1,4 +1,4 @@
-"""Tables hold what was heard: every value in its column, every event once, and all of it or nothing."""
+"""Exported tables hold the telemetry: every value in its column, every event once, and all tables or none."""
 
 import resource
 import subprocess
@@ -22,16 +22,22 @@ from crcolony.protocol.telemetry_messages import (
     Exchanged,
     Fault,
     Met,
-    decode_scene,
-    decode_state,
 )
 from crcolony.recordings.export import ExportError, export
 from crcolony.recordings.past_run import PastRunError, read_run
-from crcolony.recordings.resimulation import Windows, resimulate
-from crcolony.recordings.telemetry_file import TelemetryError, TelemetryFile
+from crcolony.recordings.resimulation import Windows
+from crcolony.recordings.telemetry_schema import TelemetryError
 from crcolony.robot.genes import agent_schema
-from crcolony.telemetry.colony_monitor import TelemetrySample
-from tests.support.runs import run, told_in
+from crcolony.telemetry.samples import (
+    EventSample,
+    RawSample,
+    RobotMetadataSample,
+    SceneSample,
+    StateSample,
+    TelemetrySample,
+)
+from tests.support.raw_samples import raw_sample, record
+from tests.support.runs import event_messages
 from tests.support.small_colony import small
 from tests.vectors.make import EVENT_MESSAGES, EVENTS, INITIATOR
 
@@ -43,34 +49,13 @@ TABLES = {
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run in which every robot mates."""
-    folder = tmp_path_factory.mktemp("runs") / "run"
-    run(folder, small("seed=10"))
-    return folder
-
-
-@pytest.fixture(scope="module")
-def sample(folder: Path) -> list[TelemetrySample]:
-    return list(resimulate(read_run(folder), Windows(frozenset({0, 2}), 20.0)))
-
-
-@pytest.fixture(scope="module")
 def tables(
-    tmp_path_factory: pytest.TempPathFactory, sample: list[TelemetrySample]
+    tmp_path_factory: pytest.TempPathFactory, short_samples: list[TelemetrySample]
 ) -> dict[str, list[dict[str, Any]]]:
-    """What a recording of it is exported to."""
+    """The tables of a recording of a short run."""
     folder = tmp_path_factory.mktemp("recorded")
-    record(folder / "telemetry.sqlite", sample)
+    record(folder / "telemetry.sqlite", map(raw_sample, short_samples))
     return read(export(folder, folder / "parquet"))
-
-
-def record(path: Path, sample: Sequence[TelemetrySample]) -> Path:
-    file = TelemetryFile.open(path)
-    for one in sample:
-        file.add(one)
-    assert file.close() is None
-    return path
 
 
 def read(paths: Sequence[Path]) -> dict[str, list[dict[str, Any]]]:
@@ -84,19 +69,19 @@ def schema() -> Schema:
 
 
 def test_there_is_a_table_for_everything(tables: dict[str, list[dict[str, Any]]]) -> None:
-    """Also where nothing of it was heard."""
+    """Also where it is empty."""
     assert tables.keys() == TABLES
     assert tables["outcomes"] == tables["faults"] == []
 
 
-def test_states_are_as_they_were_told(
-    sample: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
+def test_states_are_as_they_were_published(
+    short_samples: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
 ) -> None:
     """Field by field, with the id as hex digits, beside colony and time."""
-    states = [(one.unix_ms, decode_state(one.data)) for one in sample if one.kind == "state"]
+    states = [(s.unix_ms, s.state) for s in short_samples if isinstance(s, StateSample)]
     assert tables["states"] == [
         {
-            "heard_unix_ms": unix_ms,
+            "received_unix_ms": unix_ms,
             "colony": "colony",
             **msgspec.structs.asdict(state),
             "robot": state.robot.hex(),
@@ -109,38 +94,41 @@ def test_states_are_as_they_were_told(
     ("name", "kind"),
     [("deaths", Died), ("lives", Lived), ("turnovers", TurnedOver), ("meetings", Met)],
 )
-def test_events_are_as_they_were_told(
-    sample: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]], name: str, kind: type
+def test_events_are_as_they_were_published(
+    short_samples: list[TelemetrySample],
+    tables: dict[str, list[dict[str, Any]]],
+    name: str,
+    kind: type,
 ) -> None:
-    """Each once, in order, with who told it."""
-    message = [t for t in told_in(sample) if isinstance(t.event, kind)]
-    assert name == "deaths" or message
-    for row, one in zip(tables[name], message, strict=True):
-        fields = msgspec.structs.asdict(one.event)
+    """Each once, in order, with its robot."""
+    messages = [m for m in event_messages(short_samples) if isinstance(m.event, kind)]
+    assert name == "deaths" or messages
+    for row, message in zip(tables[name], messages, strict=True):
+        fields = msgspec.structs.asdict(message.event)
         if "peer" in fields:
             fields["peer"] = fields["peer"].hex()
         else:
             fields["number"] = fields.pop("robot")
         head = {
-            "heard_unix_ms": one.unix_ms,
+            "received_unix_ms": message.unix_ms,
             "colony": "colony",
-            "robot": one.robot.hex(),
-            "incarnation": one.incarnation,
-            "seq": one.seq,
-            "unix_ms": one.unix_ms,
+            "robot": message.robot.hex(),
+            "incarnation": message.incarnation,
+            "seq": message.seq,
+            "unix_ms": message.unix_ms,
         }
         assert row == {**head, **fields}
 
 
-def test_a_mating_is_told_by_both(
-    sample: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
+def test_a_mating_has_a_row_of_each_robot(
+    short_samples: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
 ) -> None:
-    """Each side with its own energy and decision, and the same encounter."""
-    message = [t.event for t in told_in(sample) if isinstance(t.event, Exchanged)]
+    """With its own energy and decision, and the same encounter."""
+    messages = event_messages(short_samples)
+    events = [m.event for m in messages if isinstance(m.event, Exchanged)]
     rows = tables["matings"]
-    assert len(rows) == len(message) >= 10
-    for row, event in zip(rows, message, strict=True):
-        assert isinstance(event, Exchanged)
+    assert len(rows) == len(events) >= 10
+    for row, event in zip(rows, events, strict=True):
         encounter = event.encounter
         assert row["initiator"] == encounter.initiator.hex()
         assert row["responder"] == encounter.responder.hex()
@@ -152,30 +140,34 @@ def test_a_mating_is_told_by_both(
 
 
 def test_births_have_a_column_for_every_gene(
-    sample: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
+    short_samples: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
 ) -> None:
-    """By its name in the schema, since robots have told their settings."""
+    """By its name in the schema, which follows from the robots' settings."""
     names = [gene.name for gene in schema().genes]
-    message = [t.event for t in told_in(sample) if isinstance(t.event, Born)]
-    assert len(message) == 4 * 4 * 4
-    for row, event in zip(tables["births"], message, strict=True):
-        assert isinstance(event, Born)
+    events = [m.event for m in event_messages(short_samples) if isinstance(m.event, Born)]
+    assert len(events) == 4 * 4 * 4
+    for row, event in zip(tables["births"], events, strict=True):
         genes = np.frombuffer(event.genes)
         assert [row[name] for name in names] == genes.tolist()
         assert row["genes"] is None
         assert (row["number"], row["mother"]) == (event.robot, event.mother)
 
 
-def test_genes_without_names_stay_together(tmp_path: Path, sample: list[TelemetrySample]) -> None:
-    """Of a robot that has not told its settings."""
-    robot = told_in(sample)[0].robot
-    silent = [h for h in sample if not (h.kind == "metadata" and robot.hex() in h.key)]
-    path = record(tmp_path / "t.sqlite", silent)
+def test_genes_without_names_stay_in_one_column(
+    tmp_path: Path, short_samples: list[TelemetrySample]
+) -> None:
+    """Those of a robot without known settings."""
+    robot = event_messages(short_samples)[0].robot
+    others = [
+        sample
+        for sample in short_samples
+        if not (isinstance(sample, RobotMetadataSample) and sample.metadata.robot == robot)
+    ]
+    path = record(tmp_path / "t.sqlite", map(raw_sample, others))
     births = read(export(path, tmp_path / "out"))["births"]
     names = [gene.name for gene in schema().genes]
-    for row, message in zip(
-        births, (t for t in told_in(sample) if isinstance(t.event, Born)), strict=True
-    ):
+    messages = [m for m in event_messages(short_samples) if isinstance(m.event, Born)]
+    for row, message in zip(births, messages, strict=True):
         assert isinstance(message.event, Born)
         genes = np.frombuffer(message.event.genes).tolist()
         if message.robot == robot:
@@ -186,10 +178,10 @@ def test_genes_without_names_stay_together(tmp_path: Path, sample: list[Telemetr
 
 
 def test_poses_and_packs_are_those_of_every_scene(
-    sample: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
+    short_samples: list[TelemetrySample], tables: dict[str, list[dict[str, Any]]]
 ) -> None:
-    """A row for everybody, with where, what and when."""
-    scenes = [decode_scene(one.data) for one in sample if one.kind == "scene"]
+    """A row for every robot and every pack, with position, colour and time."""
+    scenes = [sample.scene for sample in short_samples if isinstance(sample, SceneSample)]
     poses, packs = iter(tables["poses"]), iter(tables["packs"])
     assert len(scenes) == 200
     for scene in scenes:
@@ -207,13 +199,13 @@ def test_poses_and_packs_are_those_of_every_scene(
 
 
 def test_every_kind_of_event_has_its_table(tmp_path: Path) -> None:
-    """One of each goes where it belongs; the outcome of nothing has no encounter."""
+    """An outcome without an encounter has empty columns for it."""
     kinds = {
         Met: "meetings", Exchanged: "matings", EncounterOutcome: "outcomes", Fault: "faults", Born: "births",
         Died: "deaths", Lived: "lives", TurnedOver: "turnovers",
     }  # fmt: skip
-    message = [*EVENT_MESSAGES.values(), ended_without_encounter()]
-    rows = read(export(record(tmp_path / "t.sqlite", said(message)), tmp_path / "out"))
+    messages = [*EVENT_MESSAGES.values(), outcome_without_encounter()]
+    rows = read(export(record(tmp_path / "t.sqlite", published(messages)), tmp_path / "out"))
     for event in EVENTS.values():
         assert rows[kinds[type(event)]][0]["tick"] == event.tick
     first, second = rows["outcomes"]
@@ -223,54 +215,58 @@ def test_every_kind_of_event_has_its_table(tmp_path: Path) -> None:
     assert rows["faults"][0]["what"] == "the arena is gone"
 
 
-def said(message: Sequence[EventMessage]) -> list[TelemetrySample]:
+def published(messages: Sequence[EventMessage]) -> list[RawSample]:
     keys = ColonyKeys("blue")
-    return [TelemetrySample("event", keys.event(t.robot), encode(t), t.unix_ms) for t in message]
+    return [RawSample("event", keys.event(m.robot), encode(m), m.unix_ms) for m in messages]
 
 
-def ended_without_encounter() -> EventMessage:
+def outcome_without_encounter() -> EventMessage:
     event = EncounterOutcome(9, "busy", INITIATOR.id, None, "")
     return EventMessage(INITIATOR.id, 3, len(EVENT_MESSAGES) + 1, 7, event)
 
 
-def test_what_is_heard_twice_is_exported_once(
-    tmp_path: Path, sample: list[TelemetrySample]
+def test_an_event_that_arrives_twice_is_exported_once(
+    tmp_path: Path, short_samples: list[TelemetrySample]
 ) -> None:
-    """As an event that is told and then asked for; and what is malformed is not exported at all."""
+    """As one that is published and then sent again on request; malformed samples are not exported at all."""
     noise = [
-        TelemetrySample("event", sample[-1].key, b"\xc1", 7),
-        TelemetrySample("state", "nobody", b"", 7),
+        RawSample("event", raw_sample(short_samples[-1]).key, b"\xc1", 7),
+        RawSample("state", "nobody", b"", 7),
     ]
-    twice = [one for h in sample for one in ([h, h] if h.kind == "event" else [h])]
+    twice = [
+        raw_sample(sample)
+        for sample in short_samples
+        for _ in range(2 if isinstance(sample, EventSample) else 1)
+    ]
     rows = read(export(record(tmp_path / "t.sqlite", [*twice, *noise]), tmp_path / "out"))
-    message = told_in(sample)
+    messages = event_messages(short_samples)
     names = ("births", "deaths", "lives", "turnovers", "meetings", "matings")
-    assert sum(len(rows[name]) for name in names) == len(message)
-    assert len(rows["states"]) == sum(one.kind == "state" for one in sample)
+    assert sum(len(rows[name]) for name in names) == len(messages)
+    assert len(rows["states"]) == sum(sample.kind == "state" for sample in short_samples)
 
 
-def test_numbers_that_fit_into_no_column_are_left_out(tmp_path: Path) -> None:
-    """Anybody can tell them; the rest of the table is there."""
+def test_integers_that_do_not_fit_into_a_column_become_null(tmp_path: Path) -> None:
+    """Anyone can publish them; the rest of the table is there."""
     huge = EventMessage(INITIATOR.id, 3, 1, 7, Died(2**64 - 1, 5, "me/1"))
     good = EventMessage(INITIATOR.id, 3, 2, 7, Died(9, 5, "me/1"))
-    rows = read(export(record(tmp_path / "t.sqlite", said([huge, good])), tmp_path / "out"))
+    rows = read(export(record(tmp_path / "t.sqlite", published([huge, good])), tmp_path / "out"))
     assert [row["tick"] for row in rows["deaths"]] == [None, 9]
 
 
 class TestRuns:
-    """Of a run that nobody recorded, what is exported is lived again, or told from its history."""
+    """A run without a recording is re-simulated, or its telemetry is synthesised from its history."""
 
-    def test_one_that_can_be_lived_again(self, tmp_path: Path, folder: Path) -> None:
-        """With the arena in the windows that are asked for."""
+    def test_a_run_that_can_be_resimulated(self, tmp_path: Path, folder: Path) -> None:
+        """With scenes in the wanted windows."""
         rows = read(export(folder, tmp_path / "out", Windows(frozenset({1}), 10.0)))
         assert len(rows["births"]) == 4 * 4 * 4
         assert len(rows["poses"]) == 4 * 50
         assert {row["generation"] for row in rows["states"]} == {0, 1, 2, 3}
 
-    def test_one_that_comes_out_otherwise_is_told_from_its_history(
+    def test_a_run_whose_history_differs_is_exported_from_its_history(
         self, tmp_path: Path, folder: Path
     ) -> None:
-        """Which is true in any case; and that is said."""
+        """Which is right in any case; a line reports it."""
         other = tmp_path / "other"
         other.mkdir()
         for name in ("config.toml", "history.sqlite"):
@@ -281,7 +277,7 @@ class TestRuns:
         lines: list[str] = []
         rows = read(export(other, tmp_path / "out", print_line=lines.append))
         assert len(lines) == 1
-        assert lines[0].startswith(f"{other}: lived again it has another history")
+        assert lines[0].startswith(f"{other}: re-simulated, it has another history")
         assert len(rows["births"]) == 4 * 4 * 4
         assert rows["poses"] == []
 
@@ -289,8 +285,8 @@ class TestRuns:
 class TestFailures:
     """A file that cannot be read, or a disk that is full, leaves what was there."""
 
-    def test_what_cannot_be_read_leaves_nothing(
-        self, tmp_path: Path, sample: list[TelemetrySample]
+    def test_a_source_that_cannot_be_read_leaves_no_files(
+        self, tmp_path: Path, short_samples: list[TelemetrySample]
     ) -> None:
         """Not even an empty folder."""
         path = tmp_path / "t.sqlite"
@@ -302,10 +298,10 @@ class TestFailures:
         assert [one.name for one in tmp_path.iterdir()] == ["t.sqlite"]
 
     def test_a_full_disk_leaves_the_last_export(
-        self, tmp_path: Path, sample: list[TelemetrySample]
+        self, tmp_path: Path, short_samples: list[TelemetrySample]
     ) -> None:
-        """Whole, in one line, and no drafts beside it."""
-        path = record(tmp_path / "t.sqlite", sample)
+        """Complete, with no drafts beside it; the error is one line."""
+        path = record(tmp_path / "t.sqlite", map(raw_sample, short_samples))
         out = tmp_path / "out"
         before = {file: file.read_bytes() for file in export(path, out)}
         script = (
@@ -325,7 +321,7 @@ class TestFailures:
         assert len(done.stdout.splitlines()) == 1
         assert {file: file.read_bytes() for file in out.iterdir()} == before
 
-    def test_without_pyarrow_it_is_said_how_to_get_it(
+    def test_without_pyarrow_the_error_says_how_to_install_it(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         """Before anything is done."""

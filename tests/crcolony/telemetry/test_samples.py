@@ -45,7 +45,7 @@ def test_every_kind_of_sample_is_parsed() -> None:
     of_robot, of_arena = RobotMetadata(ME, 3, "{}", [PEER]), ArenaMetadata("lab", 7, "{}")
     robot_token, arena_token = RobotToken("blue", ME, 3, "a"), ArenaToken("lab", 7, "a")
     assert isinstance(A_SCENE, Scene)
-    expected = [
+    expected: list[TelemetrySample] = [
         OnlineSample(token=robot_token, unix_ms=1_500, size_bytes=0),
         OnlineSample(token=arena_token, unix_ms=1_500, size_bytes=0),
         OfflineSample(token=robot_token, unix_ms=1_500, size_bytes=0),

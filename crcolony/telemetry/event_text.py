@@ -8,7 +8,7 @@ from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import EncounterOutcome, Exchanged, Fault, RobotEvent
 
 _EXPLANATIONS: dict[Outcome, str] = {
-    "expired": "no answer in time",
+    "expired": "no reply in time",
     "orphaned": "the partner has not come back",
     "doubt": "the partner has not sent its decision",
     "resolved": "the partner is back",

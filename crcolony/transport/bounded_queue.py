@@ -8,7 +8,7 @@ Item = TypeVar("Item")
 
 
 class BoundedQueue(Generic[Item]):
-    """A first-in, first-out queue. An item that does not fit is dropped and counted; no call waits for room or items."""
+    """A first-in, first-out queue: an item that does not fit is dropped and counted, and no call waits."""
 
     def __init__(self, max_items: int, max_bytes: int) -> None:
         self.dropped = 0

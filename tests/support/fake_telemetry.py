@@ -74,7 +74,7 @@ def mated(one: int, other: int, count: int = 1, **changes: Any) -> Exchanged:
 
 
 def met(other: int) -> Met:
-    return Met(70, IDS[other], "somebody/0")
+    return Met(70, IDS[other], "robot/0")
 
 
 class FakeTelemetry:
@@ -119,11 +119,10 @@ class FakeTelemetry:
         self, robot: int, *events: RobotEvent, colony: str = "blue", told_s: float | None = None
     ) -> None:
         for event in events:
-            who = IDS[robot]
-            self._published[who] += 1
+            self._published[IDS[robot]] += 1
             unix_ms = round(1000.0 * (self.at_s if told_s is None else told_s))
-            message = EventMessage(who, 3, self._published[who], unix_ms, event)
-            self.on_event("event", ColonyKeys(colony).event(who), message)
+            message = EventMessage(IDS[robot], 3, self._published[IDS[robot]], unix_ms, event)
+            self.on_event("event", ColonyKeys(colony).event(IDS[robot]), message)
 
     def about(
         self,

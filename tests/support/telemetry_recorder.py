@@ -1,4 +1,4 @@
-"""A witness of a colony: what it published, and when it came, to compare a picture of it with the truth."""
+"""Records what a colony publishes, to compare the picture of a dashboard with it."""
 
 import math
 import time
@@ -19,24 +19,26 @@ from crcolony.protocol.telemetry_messages import (
     decode_state,
 )
 
-BODY_M, PACK_M = 0.11, 0.04
-"""How large robots and packs are drawn"""
+BODY_M = 0.11
+"""Radius of a robot as it is drawn."""
+PACK_M = 0.04
+"""Radius of a battery pack as it is drawn."""
 
 
 class TelemetryRecorder:
-    """Keeps scenes, states and matings with the wall time (s) at which they came here."""
+    """Keeps scenes, states and matings with the wall time (s) at which they arrived."""
 
     def __init__(self, session: zenoh.Session) -> None:
         self.scenes: list[tuple[float, Scene]] = []
         self.states: list[tuple[float, RobotState]] = []
         self.matings: list[tuple[float, Exchanged]] = []
-        of = ColonyKeys("*")
+        keys = ColonyKeys("*")
         self._entities = [
-            session.declare_subscriber(key, Callback(listen, indirect=False))
-            for key, listen in (
+            session.declare_subscriber(key, Callback(on_sample, indirect=False))
+            for key, on_sample in (
                 (key_expressions.ALL_SCENES, self._on_scene),
-                (of.all_states, self._on_state),
-                (of.all_events, self._on_event),
+                (keys.all_states, self._on_state),
+                (keys.all_events, self._on_event),
             )
         ]
 
@@ -52,12 +54,12 @@ class TelemetryRecorder:
             self.matings.append((time.time(), message.event))
 
     def scenes_within(self, from_s: float, to_s: float) -> list[Scene]:
-        """Return the scenes that came between two times."""
+        """Return the scenes that arrived between two times."""
         times = [at_s for at_s, _ in self.scenes]
         return [s for _, s in self.scenes[bisect_left(times, from_s) : bisect_right(times, to_s)]]
 
     def energies(self, robot: bytes, from_s: float, to_s: float) -> list[float]:
-        """Return what energies a robot told between two times."""
+        """Return the energies of a robot in the states that arrived between two times."""
         return [
             state.energy
             for at_s, state in self.states
@@ -66,7 +68,7 @@ class TelemetryRecorder:
 
 
 def room_m(scene: Scene, robot: SceneRobot) -> float:
-    """Return how far the edge of the next robot or pack is from the middle of a robot."""
+    """Return the distance from the centre of a robot to the edge of the nearest other robot or pack."""
     others = [(o.x_m, o.y_m, BODY_M) for o in scene.robots if o.robot != robot.robot]
     others += [(pack.x_m, pack.y_m, PACK_M) for pack in scene.packs]
     return min(math.hypot(x - robot.x_m, y - robot.y_m) - radius for x, y, radius in others)

@@ -23,7 +23,7 @@ def synthetic() -> SyntheticTelemetry:
 
 
 def test_samples_are_those_of_the_network(short_samples: list[TelemetrySample]) -> None:
-    """Keys and bytes are valid, and say the same, the size included."""
+    """Their keys and payloads are valid, and are parsed to the same samples."""
     for sample in short_samples:
         assert parse_sample(raw_sample(sample)) == sample
 

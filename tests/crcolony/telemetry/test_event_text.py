@@ -1,4 +1,4 @@
-"""Events are formatted once for all who show them: a robot's own output and the log of a dashboard."""
+"""Events are formatted in one place for all outputs: a robot's own output and the log of a dashboard."""
 
 from typing import get_args
 

@@ -31,11 +31,11 @@ def session() -> Iterator[zenoh.Session]:
         yield opened
 
 
-def poll_until(watching: TelemetrySubscriber, condition: Callable[[], bool]) -> list[StatusChange]:
+def poll_until(receiver: TelemetrySubscriber, condition: Callable[[], bool]) -> list[StatusChange]:
     """Poll until a condition holds, at most 20 s; return the changes."""
     changes, pause = list[StatusChange](), threading.Event()
     for _ in range(2_000):
-        changes += watching.poll()
+        changes += receiver.poll()
         if condition():
             return changes
         pause.wait(0.01)
@@ -48,7 +48,7 @@ def test_too_much_at_once_is_dropped_and_counted(
     """Tokens have twice the room, since they are not repeated; a payload that is too long is not kept."""
     monkeypatch.setattr(subscriber, "_MAX_SAMPLES", 10)
     samples: list[RawSample] = []
-    watching = TelemetrySubscriber(session, "blue", on_raw_sample=samples.append)
+    receiver = TelemetrySubscriber(session, "blue", on_raw_sample=samples.append)
     session.put(KEYS.state(ME), bytes(MAX_BODY_MESSAGE_BYTES + 1))
     for _ in range(14):
         session.put(KEYS.event(ME), b"noise")
@@ -56,28 +56,28 @@ def test_too_much_at_once_is_dropped_and_counted(
         session.liveliness().declare_token(KEYS.alive(ME, incarnation, "a"))
         for incarnation in range(15)
     ]
-    assert watching.poll() == [
+    assert receiver.poll() == [
         RobotJoined(ME),
         *(RobotRestarted(ME, incarnation) for incarnation in range(1, 10)),
     ]
-    assert watching.dropped == 5 + 5
-    assert watching.poll() == []
+    assert receiver.dropped == 5 + 5
+    assert receiver.poll() == []
     assert len(tokens) == 15
     assert [sample.kind for sample in samples] == ["state", *["event"] * 9, *["online"] * 10]
     assert samples[0].payload == b""
-    assert watching.monitor.malformed == 10
+    assert receiver.monitor.malformed == 10
 
 
 def test_a_robot_comes_online_and_goes_offline(session: zenoh.Session) -> None:
     """By its token; a robot of another colony is not seen."""
-    watching = TelemetrySubscriber(session, "blue")
+    receiver = TelemetrySubscriber(session, "blue")
     others = session.liveliness().declare_token(ColonyKeys("red").alive(bytes(16), 1, "a"))
     token = session.liveliness().declare_token(KEYS.alive(ME, 3, "a"))
-    assert poll_until(watching, lambda: bool(watching.monitor.alive)) == [RobotJoined(ME)]
+    assert poll_until(receiver, lambda: bool(receiver.monitor.alive)) == [RobotJoined(ME)]
     token.undeclare()  # type: ignore[no-untyped-call]
-    assert poll_until(watching, lambda: not watching.monitor.alive) == [RobotLeft(ME)]
+    assert poll_until(receiver, lambda: not receiver.monitor.alive) == [RobotLeft(ME)]
     others.undeclare()  # type: ignore[no-untyped-call]
-    assert list(watching.monitor.robots) == [ME]
+    assert list(receiver.monitor.robots) == [ME]
 
 
 @contextlib.contextmanager
@@ -107,24 +107,24 @@ def replying_robot(session: zenoh.Session) -> Iterator[list[HistoryRequest]]:
 def test_missed_events_and_metadata_are_requested(session: zenoh.Session) -> None:
     """Every event is reported once, earlier ones too, if the subscriber may send requests."""
     with replying_robot(session) as requests:
-        watching = TelemetrySubscriber(session, "blue", sends_requests=True, history=10)
+        receiver = TelemetrySubscriber(session, "blue", sends_requests=True, history=10)
         session.put(KEYS.state(ME), encode(state(seq=5)))
 
         def is_complete() -> bool:
-            robot = watching.monitor.robots.get(ME)
+            robot = receiver.monitor.robots.get(ME)
             is_known = robot is not None and robot.metadata is not None
-            return is_known and bool(requests) and watching.monitor.samples["history"] > 0
+            return is_known and bool(requests) and receiver.monitor.samples["history"] > 0
 
-        assert numbers(poll_until(watching, is_complete)) == [1, 2, 3, 4, 5]
+        assert numbers(poll_until(receiver, is_complete)) == [1, 2, 3, 4, 5]
         assert requests == [HistoryRequest(3, 1)]
 
 
 def test_without_leave_to_send_requests_none_is_sent(session: zenoh.Session) -> None:
     """`crcolony top` costs robots nothing."""
     with replying_robot(session) as requests:
-        watching = TelemetrySubscriber(session, "blue", history=10)
+        receiver = TelemetrySubscriber(session, "blue", history=10)
         session.put(KEYS.state(ME), encode(state(seq=5)))
-        poll_until(watching, lambda: watching.monitor.samples["state"] > 0)
-        watching.poll()
+        poll_until(receiver, lambda: receiver.monitor.samples["state"] > 0)
+        receiver.poll()
         assert requests == []
-        assert watching.monitor.robots[ME].metadata is None
+        assert receiver.monitor.robots[ME].metadata is None

@@ -173,8 +173,16 @@ def _exists(file: str, name: str | None) -> bool:
 def _defines(path: Path, name: str) -> bool:
     body: list[ast.stmt] = ast.parse(path.read_text("utf-8")).body
     for part in name.split("."):
-        found = [node for node in body if getattr(node, "name", None) == part]
+        found = [node for node in body if part in _names(node)]
         if not found:
             return False
         body = getattr(found[0], "body", [])
     return True
+
+
+def _names(node: ast.stmt) -> list[str]:
+    """Return what a statement defines: a class, a function, or variables."""
+    if isinstance(node, ast.ClassDef | ast.FunctionDef):
+        return [node.name]
+    targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+    return [target.id for target in targets if isinstance(target, ast.Name)]

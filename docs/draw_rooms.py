@@ -53,27 +53,25 @@ def read_imports() -> Imports:
     return rooms
 
 
-def reachable(rooms: Imports, start: str) -> set[str]:
-    """Return the rooms that a room imports, directly or through others."""
+def reachable(rooms: Imports, start: str, without: str) -> set[str]:
+    """Return the rooms that a room imports, directly or through others, on ways that avoid one room."""
     found: set[str] = set()
-    waiting = list(rooms.get(start, ()))
+    waiting = [start]
     while waiting:
-        room = waiting.pop()
-        if room not in found:
-            found.add(room)
-            waiting += rooms.get(room, ())
+        new = rooms.get(waiting.pop(), set()) - found - {without}
+        found |= new
+        waiting += new
     return found
 
 
 def reduce(rooms: Imports) -> Imports:
-    """Leave out every arrow for which there is a longer way (the transitive reduction); those of a circle stay."""
-    below = {room: reachable(rooms, room) for room in rooms}
-
-    def has_longer_way(target: str, others: set[str]) -> bool:
-        return any(target in below[other] and other not in below[target] for other in others)
-
+    """Leave out every arrow for which there is a longer way (the transitive reduction)."""
     return {
-        room: {target for target in targets if not has_longer_way(target, targets)}
+        room: {
+            target
+            for target in targets
+            if not any(target in reachable(rooms, other, room) for other in targets - {target})
+        }
         for room, targets in rooms.items()
     }
 

@@ -28,6 +28,9 @@ ABOUT_SEVERAL = [
 ]
 """Test files that show what several modules do together."""
 
+PATH = re.compile(r"`((?:configs|crcolony|dashboards|docs|examples|tests)/[\w./-]+)`")
+"""How documents name a file or folder of the checkout."""
+
 PLACE = re.compile(r"`([\w./-]+\.py)(?::([\w.]+))?`")
 """How documents name a file, and a function or `Class.method` in it."""
 
@@ -124,12 +127,10 @@ def test_every_test_file_has_its_module() -> None:
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_what_documents_name_exists(document: Path) -> None:
-    """Every file, and every function in a file, that a document names in backticks is there."""
-    missing = [
-        match[0]
-        for match in PLACE.finditer(document.read_text("utf-8"))
-        if not _exists(*match.groups())
-    ]
+    """Every file or folder, and every function in a file, that a document names in backticks is there."""
+    text = document.read_text("utf-8")
+    missing = [path for path in PATH.findall(text) if not (ROOT / path).exists()]
+    missing += [match[0] for match in PLACE.finditer(text) if not _exists(*match.groups())]
     assert not missing, _lines(missing)
 
 

@@ -1,19 +1,23 @@
-# make run: a colony of robot processes lives here. make test: every check. Both set everything up by themselves.
+# make run: a colony of robot processes on this machine. make test: every check. Both set everything up by themselves.
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 OUT ?=
 MINUTES ?=
+DURATIONS := --durations=15 --durations-min=1
+SYNC := $(if $(filter output-sync,$(.FEATURES)),--output-sync)
 
 .DEFAULT_GOAL := help
-.PHONY: help run dashboard test coverage bench clean
+.PHONY: help run dashboard test checks coverage bench clean
 
 help:
-	@echo "make run           an arena and four robots, each its own process, until Ctrl-C (MINUTES=2: for so long)"
-	@echo "make dashboard     the colony that runs, in a browser: beside make run, before it or after"
-	@echo "make test          formatting, types, layers, all tests, coverage"
-	@echo "make bench         figures: how fast it is"
+	@echo "make run           an arena and four robots, each its own process, until Ctrl-C (MINUTES=2: for two minutes)"
+	@echo "make dashboard     the running colony in a browser: beside make run, started before or after it"
+	@echo "make test          every check and test that this machine can run"
+	@echo "make checks        formatting, types and imports between rooms alone"
+	@echo "make coverage      branch coverage of learning, evolution and robot alone"
+	@echo "make bench         benchmarks"
 	@echo "make clean         remove the virtual environment and caches"
 
 run: $(VENV)/run.stamp
@@ -22,21 +26,23 @@ run: $(VENV)/run.stamp
 dashboard: $(VENV)/viz.stamp
 	@$(BIN)/crcolony dashboard --web $(if $(OUT),--out $(OUT)) $(if $(MINUTES),--minutes $(MINUTES))
 
+# Coverage runs beside the type checker, which uses one core: beside the system tests it would take the time of their processes.
 test: $(VENV)/dev.stamp
+	@$(MAKE) --no-print-directory -j2 $(SYNC) checks coverage
+	@$(BIN)/python -m pytest -q -n 2 --dist loadfile $(DURATIONS) --ignore=tests/system
+	@echo "colonies of real processes, in network namespaces where this machine allows them:"
+	@$(BIN)/python -m pytest -q $(DURATIONS) tests/system
+
+checks: $(VENV)/dev.stamp
 	@$(BIN)/ruff format --check --quiet . && $(BIN)/ruff check --quiet . && echo "ruff: clean"
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
-	@$(BIN)/python -m pytest -q -n 2 --dist loadfile --ignore=tests/system
-	@echo "colonies of real processes, in namespaces where this machine allows it; beside them branch coverage of learning,"
-	@echo "evolution and robot, whose compiled functions then run as plain Python:"
-	@$(MAKE) --no-print-directory coverage >$(VENV)/coverage.log 2>&1 & measured=$$!; \
-		$(BIN)/python -m pytest -q tests/system; passed=$$?; \
-		wait $$measured || passed=1; cat $(VENV)/coverage.log; exit $$passed
 
+# Compiled functions run as plain Python here: machine code cannot be measured.
 coverage: $(VENV)/dev.stamp
-	@NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest -q -r fE --ignore=tests/learning/test_mountain_car.py \
-		--ignore=tests/robot/test_ready_made.py \
-		tests/learning tests/evolution tests/robot
+	@NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest -q -r fE --ignore=tests/crcolony/learning/test_mountain_car.py \
+		--ignore=tests/crcolony/robot/test_aot_step.py \
+		tests/crcolony/learning tests/crcolony/evolution tests/crcolony/robot
 	@$(BIN)/coverage report
 
 bench: $(VENV)/dev.stamp
@@ -44,7 +50,7 @@ bench: $(VENV)/dev.stamp
 		$(BIN)/python -m tests.benchmarks.$$(basename $$bench .py) || exit 1; done
 
 clean:
-	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache *.egg-info
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .coverage build dist
 
 $(VENV)/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

@@ -1,0 +1,189 @@
+"""The code keeps its order: rooms as drawn, short files and functions, a test file for every module, true documents."""
+
+import ast
+import re
+import tomllib
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import draw_rooms
+import pytest
+
+from tests.support.paths import ROOT
+
+MAX_FILE_LINES = 300
+MAX_FUNCTION_LINES = 60
+
+PRODUCT = (ROOT / "crcolony", ROOT / "dashboards/crcolony_dashboards")
+TESTS = {"crcolony": ROOT / "tests/crcolony", "crcolony_dashboards": ROOT / "tests/dashboards"}
+DOCUMENTS = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("dashboards/*.md")]
+
+TESTED_ELSEWHERE: dict[str, str] = {}
+"""Modules without a test file of their own: the test file, from `tests`, that tests them, and why, after a colon."""
+
+ABOUT_SEVERAL = [
+    "tests/crcolony/learning/test_mountain_car.py",
+    "tests/crcolony/protocol/test_mating_explored.py",
+    "tests/crcolony/storage/test_power_cut.py",
+]
+"""Test files that show what several modules do together."""
+
+PATH = re.compile(r"`((?:configs|crcolony|dashboards|docs|examples|tests)/[\w./-]+)`")
+"""How documents name a file or folder of the checkout."""
+
+PLACE = re.compile(r"`([\w./-]+\.py)(?::([\w.]+))?`")
+"""How documents name a file, and a function or `Class.method` in it."""
+
+
+def product_files() -> list[Path]:
+    """Return every Python file of the product."""
+    return sorted(path for folder in PRODUCT for path in folder.rglob("*.py"))
+
+
+def name_of(path: Path) -> str:
+    """Return a product file as its import path has it: `crcolony/robot/step.py`."""
+    folder = next(folder for folder in PRODUCT if path.is_relative_to(folder))
+    return path.relative_to(folder.parent).as_posix()
+
+
+def functions_of(path: Path) -> Iterator[tuple[str, int]]:
+    """Yield every function of a file as name and length in lines."""
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            assert node.end_lineno is not None
+            yield node.name, node.end_lineno - node.lineno + 1
+
+
+def test_the_drawing_of_the_rooms_is_that_of_the_code() -> None:
+    """`python docs/draw_rooms.py` would change nothing in docs/architecture.md."""
+    page = draw_rooms.PAGE.read_text("utf-8")
+    drawing = draw_rooms.draw(draw_rooms.read_imports())
+    assert draw_rooms.insert(page, drawing) == page, "run: python docs/draw_rooms.py"
+
+
+def test_an_arrow_is_drawn_where_no_longer_way_leads() -> None:
+    """The drawing leaves out what follows from other arrows, and shows a circle."""
+    rooms = {"a": {"b", "c"}, "b": {"c"}, "c": set[str]()}
+    assert draw_rooms.reduce(rooms) == {"a": {"b"}, "b": {"c"}, "c": set()}
+    circle = {"a": {"b"}, "b": {"a", "c"}, "c": set[str]()}
+    assert draw_rooms.reduce(circle) == circle
+
+
+def test_every_room_is_in_the_contract_and_on_the_page() -> None:
+    """No room is forgotten: import-linter has it in a layer, and docs/architecture.md says what it is for."""
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+    layers = settings["tool"]["importlinter"]["contracts"][0]["layers"]
+    layered = {name for layer in layers for name in layer.split(" | ")}
+    drawn = set(draw_rooms.read_imports())
+    rooms = {room if room in layered else f"crcolony.{room}" for room in drawn}
+    rooms |= {f"crcolony.{module}" for module in draw_rooms.EVERYWHERE}
+    assert rooms == layered
+    page = draw_rooms.PAGE.read_text("utf-8")
+    missing = [room for room in drawn | draw_rooms.EVERYWHERE if f"| `{room}" not in page]
+    assert not missing, _lines(missing)
+
+
+def test_files_are_short() -> None:
+    """A file of the product has at most 300 lines."""
+    lengths = {name_of(path): len(path.read_text("utf-8").splitlines()) for path in product_files()}
+    too_long = [f"{name}: {lines}" for name, lines in lengths.items() if lines > MAX_FILE_LINES]
+    assert not too_long, _lines(too_long)
+
+
+def test_functions_are_short() -> None:
+    """A function of the product has at most 60 lines."""
+    too_long = [
+        f"{name_of(path)}:{function}: {lines}"
+        for path in product_files()
+        for function, lines in functions_of(path)
+        if lines > MAX_FUNCTION_LINES
+    ]
+    assert not too_long, _lines(too_long)
+
+
+def test_every_module_has_its_tests() -> None:
+    """`crcolony/robot/step.py` is tested by `tests/crcolony/robot/test_step.py`, or the table says where and why."""
+    modules = {name_of(path) for path in product_files() if not path.name.startswith("__")}
+    without = {name for name in modules if not _tests_of(name).exists()}
+    untested = sorted(without - set(TESTED_ELSEWHERE))
+    assert not untested, _lines(untested)
+    assert set(TESTED_ELSEWHERE) <= without, "what has tests of its own needs no entry in the table"
+    for entry in TESTED_ELSEWHERE.values():
+        file, _, reason = entry.partition(": ")
+        assert (ROOT / "tests" / file).exists(), entry
+        assert reason, entry
+
+
+def test_every_test_file_has_its_module() -> None:
+    """A test file is named for a module of the product, or for what it shows of several."""
+    strays = [
+        path.relative_to(ROOT).as_posix()
+        for folder in TESTS.values()
+        for path in folder.rglob("test_*.py")
+        if not _is_mirrored(path)
+    ]
+    assert sorted(strays) == sorted(ABOUT_SEVERAL), _lines(strays)
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_what_documents_name_exists(document: Path) -> None:
+    """Every file or folder, and every function in a file, that a document names in backticks is there."""
+    text = document.read_text("utf-8")
+    missing = [path for path in PATH.findall(text) if not (ROOT / path).exists()]
+    missing += [match[0] for match in PLACE.finditer(text) if not _exists(*match.groups())]
+    assert not missing, _lines(missing)
+
+
+def test_pictures_and_links_of_documents_exist() -> None:
+    """Every relative link of a document leads to a file."""
+    broken = [
+        f"{document.relative_to(ROOT)}: {target}"
+        for document in DOCUMENTS
+        for target in re.findall(r"\]\(([^)#:\s]+)(?:#[\w-]*)?\)", document.read_text("utf-8"))
+        if not (document.parent / target).exists()
+    ]
+    assert not broken, _lines(broken)
+
+
+def _lines(found: Iterable[str]) -> str:
+    return "\n" + "\n".join(found)
+
+
+def _tests_of(name: str) -> Path:
+    package, _, rest = name.partition("/")
+    module = Path(rest)
+    return TESTS[package] / module.with_name(f"test_{module.name}")
+
+
+def _is_mirrored(path: Path) -> bool:
+    for package, folder in zip(PRODUCT, TESTS.values(), strict=True):
+        if path.is_relative_to(folder):
+            module = package / path.relative_to(folder).with_name(path.name.removeprefix("test_"))
+            return module.exists() or (module.with_suffix("") / "__init__.py").exists()
+    return False
+
+
+def _exists(file: str, name: str | None) -> bool:
+    """Tell whether there is a file whose path ends so, and it defines the name."""
+    folders = ("crcolony", "dashboards", "docs", "examples", "tests")
+    paths = [path for folder in folders for path in (ROOT / folder).rglob(Path(file).name)]
+    paths = [path for path in paths if f"/{path.relative_to(ROOT)}".endswith(f"/{file}")]
+    return bool(paths) and (name is None or any(_defines(path, name) for path in paths))
+
+
+def _defines(path: Path, name: str) -> bool:
+    body: list[ast.stmt] = ast.parse(path.read_text("utf-8")).body
+    for part in name.split("."):
+        found = [node for node in body if part in _names(node)]
+        if not found:
+            return False
+        body = getattr(found[0], "body", [])
+    return True
+
+
+def _names(node: ast.stmt) -> list[str]:
+    """Return what a statement defines: a class, a function, or variables."""
+    if isinstance(node, ast.ClassDef | ast.FunctionDef):
+        return [node.name]
+    targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+    return [target.id for target in targets if isinstance(target, ast.Name)]

@@ -14,6 +14,7 @@ from crcolony.protocol.codec import (
     MAX_BODY_MESSAGE_BYTES,
     MAX_ENVELOPE_BYTES,
     MAX_SCENE_BYTES,
+    ArenaRun,
     Id,
     Message,
     Name,
@@ -34,13 +35,15 @@ MAX_REPORTED_PEERS = 1000
 MAX_ROBOT_SETTINGS, MAX_ARENA_SETTINGS = 8_192, 32_768
 """Characters of the settings that one tells of itself; an arena's obstacles may be many."""
 
+MAX_SCENE_ITEMS = 4_096
+"""Robots, and packs, in one scene."""
+
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 Metres = Annotated[float, Meta(ge=-1e6, le=1e6)]
 """From the arena's middle; what is no number is not within"""
 Size = Annotated[float, Meta(gt=0.0, le=1e6)]
 Count = Annotated[int, Meta(ge=0, lt=2**53)]
 UnixMs = Annotated[int, Meta(ge=0, lt=2**53)]
-ArenaRun = Annotated[int, Meta(ge=0, lt=2**62)]
 
 
 class Met(Message, frozen=True, tag="Met"):
@@ -203,8 +206,8 @@ class Scene(Message, frozen=True, tag="scene"):
     period_s: Annotated[float, Meta(gt=0.0, le=1e4)]
     width_m: Size
     height_m: Size
-    robots: Annotated[list[SceneRobot], Meta(max_length=4096)]
-    packs: Annotated[list[ScenePack], Meta(max_length=4096)]
+    robots: Annotated[list[SceneRobot], Meta(max_length=MAX_SCENE_ITEMS)]
+    packs: Annotated[list[ScenePack], Meta(max_length=MAX_SCENE_ITEMS)]
 
 
 decode_event = StrictDecoder[EventMessage](EventMessage, MAX_ENVELOPE_BYTES).decode
@@ -212,7 +215,11 @@ decode_state = StrictDecoder[RobotState](RobotState, MAX_BODY_MESSAGE_BYTES).dec
 decode_history_request = StrictDecoder[HistoryRequest](
     HistoryRequest, MAX_BODY_MESSAGE_BYTES
 ).decode
-decode_history_reply = StrictDecoder[HistoryReply](HistoryReply, 2 * MAX_ENVELOPE_BYTES).decode
-decode_robot_metadata = StrictDecoder[RobotMetadata](RobotMetadata, MAX_ENVELOPE_BYTES).decode
+decode_history_reply = StrictDecoder[HistoryReply](
+    HistoryReply, 2 * MAX_ENVELOPE_BYTES, MAX_HISTORY_EVENTS
+).decode
+decode_robot_metadata = StrictDecoder[RobotMetadata](
+    RobotMetadata, MAX_ENVELOPE_BYTES, MAX_REPORTED_PEERS
+).decode
 decode_arena_metadata = StrictDecoder[ArenaMetadata](ArenaMetadata, MAX_ENVELOPE_BYTES).decode
-decode_scene = StrictDecoder[Scene](Scene, MAX_SCENE_BYTES).decode
+decode_scene = StrictDecoder[Scene](Scene, MAX_SCENE_BYTES, MAX_SCENE_ITEMS).decode

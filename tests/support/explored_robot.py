@@ -109,7 +109,7 @@ class Caller:
 
     def is_open(self, record: EncounterRecord) -> bool:
         """Tell whether a record on disk still waits for the partner."""
-        return record.waits
+        return record.is_unresolved
 
     def on_event(self, mating: MatingStateMachine, data: bytes) -> list[Effect]:
         """A letter comes in."""
@@ -229,11 +229,11 @@ def snapshot(mating: MatingStateMachine) -> Hashable:
     """Return all of a mating that is not a time."""
     return (
         mating.incarnation,
-        mating._count,
-        tuple((peer, c.nonce, c.own, c.tick) for peer, c in mating._contacts.items()),
-        tuple((waiting.record, waiting.doubted) for waiting in mating._open.values()),
-        tuple(sorted(mating._marks.items())),
-        tuple(sorted(mating._mated.items())),
+        mating._proposals,
+        tuple((c.peer, c.nonce, c.own, c.tick) for c in mating._contacts),
+        tuple((entry.record, entry.in_doubt) for entry in mating._open),
+        tuple(sorted(mating._marks.prepared.items())),
+        tuple(sorted(mating._marks.mated.items())),
     )
 
 

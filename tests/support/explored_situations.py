@@ -109,7 +109,7 @@ class Situations:
         events: list[tuple[str, Callable[[MatingStateMachine], list[Effect]]]] = []
         for record in node.mating.open:
             e = record.encounter
-            events.append((f"reminds of {named(e)}", methodcaller("remind", NOW_S, e)))
+            events.append((f"reminds of {named(e)}", methodcaller("retry", NOW_S, e)))
             events.append((f"gives {named(e)} up", methodcaller("give_up", NOW_S, e)))
         for peer in (key.id for key in KEYS[: self._bounds.robots]):
             who = NAMES[peer]

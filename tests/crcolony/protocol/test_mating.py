@@ -495,9 +495,9 @@ class TestTimeAndPlace:
         """After contact_s no mating comes of it."""
         robot = mating(B)
         meets(robot, A, OF_B)
-        assert robot.is_awaited
+        assert robot.is_pending
         assert robot.handle_timeouts(LIMITS.contact_s) == []
-        assert not robot.is_awaited
+        assert not robot.is_pending
         assert hears(robot, PROPOSE, LIMITS.contact_s) == []
 
     def test_a_hand_over_is_none_of_its_business(self) -> None:
@@ -506,7 +506,7 @@ class TestTimeAndPlace:
         meets(robot, A, OF_B)
         offers = [r.own for r in only_write(hears(robot, PROPOSE, 1.9)).records]
         assert offers == [OF_B]
-        assert says(robot.remind(50.0, AB)) == [ACCEPT]
+        assert says(robot.retry(50.0, AB)) == [ACCEPT]
         mated = only_write(hears(robot, Commit(AB), 99.0)).decided
         assert mated is not None
         assert mated.own == OF_B
@@ -526,7 +526,7 @@ class TestTimeAndPlace:
         robot = mating(B)
         meets(robot, A, OF_B)
         assert robot.handle_peer_offline(0.1, A) == []
-        assert not robot.is_awaited
+        assert not robot.is_pending
 
     def test_a_partner_that_is_back_is_reminded_at_once(self) -> None:
         """Whatever its absence left open; others are not."""
@@ -558,7 +558,7 @@ class TestTimeAndPlace:
         assert meets(robot, B, OF_A) == []
         assert robot.next_s == LIMITS.contact_s
         robot.handle_timeouts(robot.next_s)
-        assert not robot.is_awaited
+        assert not robot.is_pending
 
     def test_a_copy_goes_its_own_way(self) -> None:
         """What happens to it does not happen to the original."""

@@ -14,7 +14,7 @@ import pytest
 from crcolony.protocol.encounters import Effect, EncounterRecord, Offer, Send, Write
 from crcolony.protocol.envelope import SignedEnvelope
 from crcolony.protocol.identity import RobotId
-from crcolony.protocol.mating import MatingStateMachine, _Open
+from crcolony.protocol.mating import MatingStateMachine
 from crcolony.protocol.mating_messages import (
     Abort,
     Accept,
@@ -25,6 +25,7 @@ from crcolony.protocol.mating_messages import (
     Propose,
     Refuse,
 )
+from crcolony.protocol.open_encounters import OpenEncounter
 from tests.support.explored_robot import LIMITS, NOW_S, SCHEMA, Bounds, Caller, Decide, Disk, Kind
 from tests.support.mating_explorer import Report, explore
 
@@ -213,51 +214,51 @@ class TestSabotagedCaller:
 
 class IgnoresMarks(MatingStateMachine):
     def _on_propose(self, now_s: float, message: Propose, envelope: bytes) -> list[Effect]:
-        self._marks.clear()
+        self._marks.prepared.clear()
         return super()._on_propose(now_s, message, envelope)
 
 
 class GuessesCommit(MatingStateMachine):
     def give_up(self, now_s: float, encounter: Encounter) -> list[Effect]:
-        waiting = self._open[encounter]
-        if waiting.record.state == "prepared":
-            return self._on_commit(encounter, waiting)
+        entry = self._open[encounter]
+        if entry.record.state == "prepared":
+            return self._on_commit(encounter, entry)
         return super().give_up(now_s, encounter)
 
 
 class GuessesAbort(MatingStateMachine):
     def give_up(self, now_s: float, encounter: Encounter) -> list[Effect]:
-        waiting = self._open[encounter]
-        if waiting.record.state == "prepared":
-            return self._close(waiting, "aborted")
+        entry = self._open[encounter]
+        if entry.record.state == "prepared":
+            return self._close(entry, "aborted", "aborted")
         return super().give_up(now_s, encounter)
 
 
 class GivesUpDecided(MatingStateMachine):
     def give_up(self, now_s: float, encounter: Encounter) -> list[Effect]:
-        waiting = self._open[encounter]
-        if waiting.record.state == "decided":
+        entry = self._open[encounter]
+        if entry.record.state == "decided":
             abort = Send(encounter.responder, Abort(encounter))
-            return [*self._close(waiting, "aborted"), abort]
+            return [*self._close(entry, "aborted", "aborted"), abort]
         return super().give_up(now_s, encounter)
 
 
 class PresumesCommit(MatingStateMachine):
     def _on_accept(
-        self, now_s: float, message: Accept, envelope: bytes, waiting: _Open | None
+        self, now_s: float, message: Accept, envelope: bytes, entry: OpenEncounter | None
     ) -> list[Effect]:
-        if waiting is None:
+        if entry is None:
             return [Send(message.encounter.responder, Commit(message.encounter))]
-        return super()._on_accept(now_s, message, envelope, waiting)
+        return super()._on_accept(now_s, message, envelope, entry)
 
 
 class PresumesNothing(MatingStateMachine):
     def _on_accept(
-        self, now_s: float, message: Accept, envelope: bytes, waiting: _Open | None
+        self, now_s: float, message: Accept, envelope: bytes, entry: OpenEncounter | None
     ) -> list[Effect]:
-        if waiting is None:
+        if entry is None:
             return []
-        return super()._on_accept(now_s, message, envelope, waiting)
+        return super()._on_accept(now_s, message, envelope, entry)
 
 
 class IgnoresNonce(MatingStateMachine):
@@ -267,25 +268,25 @@ class IgnoresNonce(MatingStateMachine):
         return super().expects(message)
 
     def _on_accept(
-        self, now_s: float, message: Accept, envelope: bytes, waiting: _Open | None
+        self, now_s: float, message: Accept, envelope: bytes, entry: OpenEncounter | None
     ) -> list[Effect]:
-        nonce = waiting.record.nonce if waiting else message.nonce
+        nonce = entry.record.nonce if entry else message.nonce
         message = msgspec.structs.replace(message, nonce=nonce)
-        return super()._on_accept(now_s, message, envelope, waiting)
+        return super()._on_accept(now_s, message, envelope, entry)
 
 
 class ForgetsUnacknowledged(MatingStateMachine):
     """Proposes anew to a robot that has not acknowledged the last mating; that robot then aborts the older."""
 
-    def _has_open(self, peer: RobotId) -> bool:
-        return self._proposal_to(peer) is not None
+    def _may_propose(self, peer: RobotId) -> bool:
+        return not self.is_engaged and self._open.record_of(peer, "proposed") is None
 
 
 class BelievesLateRefusal(MatingStateMachine):
     def handle_message(self, now_s: float, message: MatingMessage, envelope: bytes) -> list[Effect]:
-        waiting = self._open.get(message.encounter)
-        if isinstance(message, Refuse) and waiting and waiting.record.state == "decided":
-            return self._close(waiting, "aborted")
+        entry = self._open.get(message.encounter)
+        if isinstance(message, Refuse) and entry and entry.record.state == "decided":
+            return self._close(entry, "aborted", "aborted")
         return super().handle_message(now_s, message, envelope)
 
 

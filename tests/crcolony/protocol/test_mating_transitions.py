@@ -159,8 +159,8 @@ class TestTable:
         caller.mating, taken = record_transitions()
         pair = (0, 1)
         for bounds in (
-            Bounds((pair,), crashes=1, refusals=1, repeats=1),
-            Bounds((pair, pair), refusals=1),
+            Bounds((pair,), crashes=1, failed_writes=1, repeats=1),
+            Bounds((pair, pair), failed_writes=1),
         ):
             assert explore(bounds, caller).violation is None
         assert taken <= ROWS

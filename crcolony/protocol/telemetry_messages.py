@@ -128,7 +128,7 @@ class RobotState(Message, frozen=True, tag="state"):
     peers: Count
     """Robots whose token it sees"""
     refused: Count
-    """Letters and messages that were not what they should be"""
+    """Invalid inputs"""
     dropped: Count
     """Inputs lost because of their rate"""
     faults: Count

@@ -6,38 +6,27 @@ from itertools import chain
 from operator import methodcaller
 
 from crcolony.protocol.encounters import Effect, EncounterRecord, Offer, OutcomeReport, Send, Write
-from crcolony.protocol.envelope import sign_message
 from crcolony.protocol.mating import MatingStateMachine
 from crcolony.protocol.mating_messages import (
-    BY_INITIATOR,
-    Abort,
     Accept,
-    Commit,
-    Done,
-    Encounter,
-    MatingMessage,
     Propose,
-    Refuse,
     receiver_of,
     sender_of,
 )
+from tests.support.explored_envelopes import ExploredEnvelopes, bits
 from tests.support.explored_robot import (
-    COLONY,
     KEYS,
     NAMES,
     NOW_S,
     PATIENCE_OVER_S,
-    SCHEMA,
     Bounds,
     Caller,
     Decide,
     Disk,
     Kind,
     Node,
-    SentEnvelope,
     Step,
     Violation,
-    forge,
     format_effect,
     format_encounter,
     format_message,
@@ -53,12 +42,8 @@ class Situations:
     def __init__(self, bounds: Bounds, caller: Caller, ignored: frozenset[Kind]) -> None:
         self._bounds, self._caller, self._ignored = bounds, caller, ignored
         self.nodes: list[Node] = []
-        self.envelopes: list[SentEnvelope] = []
-        self.to = [0] * bounds.robots
-        """Of every robot, a bit for every envelope to it"""
+        self.envelopes = ExploredEnvelopes()
         self._node_of: dict[Hashable, int] = {}
-        self._envelope_of: dict[bytes, int] = {}
-        self._sent_of: dict[MatingMessage, int] = {}
         self._own_moves: dict[int, list[Step]] = {}
         self._received: dict[tuple[int, int], list[Step]] = {}
         self._moves: dict[tuple[int, int], list[Step]] = {}
@@ -187,8 +172,8 @@ class Situations:
     def _cut_short(
         self, node: Node, effects: list[Effect | Decide], k: int, failed_writes: int, text: str
     ) -> Step:
-        text = ", ".join(map(format_effect, effects[:k])) or "nothing"
-        text = f"{text}; {text}; then crashes and restarts"
+        done = ", ".join(map(format_effect, effects[:k])) or "nothing"
+        text = f"{text}; {done}; then crashes and restarts"
         try:
             disk, sent = self._carry_out(node, effects[:k])
         except Violation as violation:
@@ -224,7 +209,7 @@ class Situations:
                         self._fail(
                             "sent too early", f"{format_message(effect.message)} is not on disk"
                         )
-                    sent |= self._sign_and_send(node, effect)
+                    sent |= self._send(node, effect)
                 case OutcomeReport():
                     pass
         return disk, sent
@@ -237,8 +222,7 @@ class Situations:
             self._fail("decided twice", f"{NAMES[node.mating.me]} for {label}")
         if record.nonce in nonces and not self._bounds.repeats:
             self._fail("decided twice", f"{NAMES[node.mating.me]} for nonce {record.nonce}")
-        number = self._envelope_of.get(record.proof)
-        proof = self.envelopes[number] if number is not None else None
+        proof = self.envelopes.with_data(record.proof)
         if proof is None or not proof.has_valid_signature:
             self._fail("forged", f"{label} has no proof")
         elif not isinstance(proof.message, Propose | Accept):
@@ -277,39 +261,11 @@ class Situations:
         if kind not in self._ignored:
             raise Violation(kind, text)
 
-    def _sign_and_send(self, node: Node, send: Send) -> int:
+    def _send(self, node: Node, send: Send) -> int:
         message = send.message
-        if message not in self._sent_of:
-            if send.to != receiver_of(message) or node.mating.me == send.to:
-                self._fail("error", f"{format_message(message)} is sent to {NAMES.get(send.to)}")
-            data = sign_message(message, COLONY, KEYS[node.robot])
-            self._sent_of[message] = 1 << self._post(message, data, has_valid_signature=True)
-        return self._sent_of[message]
-
-    def _post(self, message: MatingMessage, data: bytes, has_valid_signature: bool) -> int:
-        to = [key.id for key in KEYS].index(receiver_of(message))
-        number = len(self.envelopes)
-        self.envelopes.append(SentEnvelope(to, data, message, has_valid_signature))
-        self._envelope_of[data] = number
-        self.to[to] |= 1 << number
-        return number
-
-    def forged(self) -> int:
-        """Send what an attacker can who knows everything but the secret keys, and envelopes of another colony."""
-        sent, genes = 0, b"forged!!"
-        for one, other in dict.fromkeys(self._bounds.contacts):
-            for a, b in ((one, other), (other, one)):
-                e = Encounter(KEYS[a].id, KEYS[b].id, 1, 1)
-                propose = Propose(e, 1, SCHEMA, "forged", genes)
-                accept = Accept(e, 1, SCHEMA, "forged", genes)
-                for message in (propose, accept, Refuse(e, "busy"), Commit(e), Abort(e), Done(e)):
-                    owner = KEYS[a if isinstance(message, BY_INITIATOR) else b]
-                    sent |= 1 << self._post(
-                        message, forge(message, owner), has_valid_signature=False
-                    )
-                stolen = sign_message(propose, "another", KEYS[a])
-                sent |= 1 << self._post(propose, stolen, has_valid_signature=False)
-        return sent
+        if send.to != receiver_of(message) or node.mating.me == send.to:
+            self._fail("error", f"{format_message(message)} is sent to {NAMES.get(send.to)}")
+        return self.envelopes.send(message, node.robot)
 
     def _intern(self, node: Node) -> int:
         key = (node.robot, snapshot(node.mating), node.disk, node.contacts)
@@ -317,11 +273,3 @@ class Situations:
         if number == len(self.nodes):
             self.nodes.append(node)
         return number
-
-
-def bits(mask: int) -> Iterable[int]:
-    """Return the numbers of the bits that are set, in ascending order."""
-    while mask:
-        lowest = mask & -mask
-        yield lowest.bit_length() - 1
-        mask ^= lowest

@@ -31,6 +31,7 @@ from dataclasses import dataclass
 from typing import get_args
 
 from crcolony.protocol.encounters import EncounterRecord
+from tests.support.explored_envelopes import bits
 from tests.support.explored_robot import (
     NAMES,
     Bounds,
@@ -41,7 +42,7 @@ from tests.support.explored_robot import (
     disagreement,
     format_encounter,
 )
-from tests.support.explored_situations import Situations, bits
+from tests.support.explored_situations import Situations
 
 State = tuple[int, ...]
 """The node of every robot, the envelopes ever sent, then the numbers of crashes, failed writes and repeats."""
@@ -92,7 +93,13 @@ class Explorer:
 
     def _search(self) -> Report:
         robots, mates = self._bounds.robots, 0
-        first = (*self._robots.start(), self._robots.forged(), 0, 0, 0)
+        first = (
+            *self._robots.start(),
+            self._robots.envelopes.send_forged(self._bounds.contacts),
+            0,
+            0,
+            0,
+        )
         came_from: dict[State, tuple[State, Step] | None] = {first: None}
         queue = deque([first])
         while queue:
@@ -114,7 +121,7 @@ class Explorer:
         sent, crashes, failed_writes, repeats = state[robots:]
         found = []
         for robot in range(robots):
-            for step in self._robots.moves(state[robot], sent & self._robots.to[robot]):
+            for step in self._robots.moves(state[robot], sent & self._robots.envelopes.to[robot]):
                 used = (
                     crashes + step.crashes,
                     failed_writes + step.failed_writes,

@@ -64,7 +64,7 @@ class TestPromises:
 
     def test_two_contacts_a_crash_and_a_full_disk(self) -> None:
         """One pair meets twice, and one of them fails to write, once, and crashes."""
-        assert_kept(Bounds((PAIR, PAIR), crashes=1, failed_writes=1), least=60_000)
+        assert_kept(Bounds((PAIR, PAIR), crashes=1, failed_writes=1), least=55_000)
 
     @pytest.mark.parametrize(
         "contacts", [(PAIR, (0, 2)), (PAIR, (1, 2)), ((0, 2), (1, 2))], ids=["A", "B", "C"]

@@ -75,11 +75,10 @@ class StrictDecoder(Generic[T]):
             values = msgpack.unpackb(
                 data, max_array_len=self._max_items, max_map_len=0, max_ext_len=0
             )
-            wrapper = msgspec.convert((values,), self._wrapper, builtin_types=_BYTES)
+            message: T = msgspec.convert((values,), self._wrapper).message
         except (ValueError, msgspec.ValidationError) as error:
             raise WireError(str(error)) from None
-        message: T = wrapper.message
-        # This also refuses what msgspec converts silently, an integer into a float.
+        # This also refuses what msgspec converts silently: an integer into a float, a base64 text into bytes.
         if encode(message) != data:  # type: ignore[arg-type]
             raise WireError("not in canonical form")
         return message

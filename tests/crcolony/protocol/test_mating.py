@@ -47,7 +47,7 @@ class TestInitiator:
     def test_accept_decides_and_commits(self) -> None:
         """The decision, with the partner's genes and signed envelope, is written before Commit is sent."""
         robot = proposed()
-        write, note, send = receive(robot, ACCEPT)
+        write, report, send = receive(robot, ACCEPT)
         assert isinstance(write, Write)
         assert write.decided == write.records[0]
         assert write.decided.partner == OF_B
@@ -55,16 +55,16 @@ class TestInitiator:
         assert (write.decided.proof, write.decided.nonce, write.decided.tick) == (
             ENVELOPE, NONCE, TICK,
         )  # fmt: skip
-        assert isinstance(note, OutcomeReport)
-        assert note.outcome == "mated"
+        assert isinstance(report, OutcomeReport)
+        assert report.outcome == "mated"
         assert send == Send(B, Commit(AB))
         assert states(robot) == ["decided"]
 
     def test_refuse_ends_a_proposal(self) -> None:
         """The reason is reported."""
         robot = proposed()
-        (note,) = receive(robot, Refuse(AB, "busy"))
-        assert note == OutcomeReport("refused", B, AB, "busy")
+        (report,) = receive(robot, Refuse(AB, "busy"))
+        assert report == OutcomeReport("refused", B, AB, "busy")
         assert states(robot) == []
 
     def test_a_proposal_without_an_answer_is_given_up(self) -> None:

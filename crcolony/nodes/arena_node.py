@@ -95,7 +95,7 @@ class ArenaNode:
                 self.mark_online(robot)
                 return self._embodied(slot)
             self.leave(robot)
-        slot = self._free_slot(request.number)
+        slot = self._free_slot(request.slot)
         if slot is None:
             return self._refused(f"full: all {len(self._occupants)} places are taken")
         try:

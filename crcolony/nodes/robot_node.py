@@ -141,7 +141,7 @@ class RobotNode:
     @property
     def is_settled(self) -> bool:
         """Whether no mating can come any more of what was observed: lockstep goes on then."""
-        return not self._mating.mating.is_awaited
+        return not self._mating.mating.is_pending
 
     @property
     def next_s(self) -> float:

@@ -10,6 +10,7 @@ from crcolony.body.contract import ACTION_WIDTH, OBSERVATION_WIDTH
 from crcolony.compiled import FloatArray
 from crcolony.protocol.codec import (
     MAX_BODY_MESSAGE_BYTES,
+    ArenaRun,
     Id,
     Message,
     Name,
@@ -27,30 +28,30 @@ ActionRow = Annotated[bytes, Meta(min_length=8 * ACTION_WIDTH, max_length=8 * AC
 
 
 class Join(Message, frozen=True, tag="join"):
-    """A robot asks an arena for a body."""
+    """Request of a robot for a body."""
 
     robot: Id
     colony: Name
-    number: Annotated[int, Meta(ge=-1, lt=2**31)]
-    """The place it would like, or -1 for any"""
+    slot: Annotated[int, Meta(ge=-1, lt=2**31)]
+    """The slot it prefers, -1 for any"""
 
 
 class BodyGranted(Message, frozen=True, tag="body_granted"):
-    """The arena's answer: this is your body."""
+    """Reply of the arena: the robot has a body."""
 
     slot: Annotated[int, Meta(ge=0, lt=2**31)]
-    arena_run: Annotated[int, Meta(ge=0, lt=2**62)]
-    """Names this run of the arena; its ticks are comparable with no other's"""
+    arena_run: ArenaRun
+    """Identifies this run of the arena; ticks of two runs cannot be compared"""
     tick: Tick
     period_s: Annotated[float, Meta(gt=0.0, le=1e4)]
     lockstep: bool
     """Whether the arena waits for this robot's action"""
     body: Annotated[str, Meta(max_length=MAX_BODY_MESSAGE_BYTES)]
-    """What the body can do: the settings of `[body]` as JSON"""
+    """The body's settings, the group `[body]` as JSON"""
 
 
 class BodyDenied(Message, frozen=True, tag="body_denied"):
-    """The arena's answer: no body for you."""
+    """Reply of the arena: the robot gets no body."""
 
     reason: Annotated[str, Meta(max_length=200)]
 
@@ -69,28 +70,28 @@ class Contact(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_field
 
 
 class Observation(Message, frozen=True, tag="observation"):
-    """What a body senses in one control period; its columns are those of `world.body.OBSERVATION`."""
+    """What a body senses in one control period; its columns are those of `body.contract.OBSERVATION`."""
 
-    arena_run: Annotated[int, Meta(ge=0, lt=2**62)]
+    arena_run: ArenaRun
     tick: Tick
     row: ObservationRow
     contact: Contact | None
 
 
 class Action(Message, frozen=True, tag="action"):
-    """What a robot commands; its columns are those of `world.body.ACTION`. `tick` is the observation it answers."""
+    """What a robot commands; its columns are those of `body.contract.ACTION`. `tick` is the observation it answers."""
 
     tick: Tick
     row: ActionRow
 
 
 def pack_row(row: FloatArray) -> bytes:
-    """Return an observation or an action as it travels: little-endian float64."""
+    """Return an observation or an action as little-endian float64 bytes."""
     return np.ascontiguousarray(row, dtype="<f8").tobytes()
 
 
 def unpack_row(data: bytes) -> FloatArray:
-    """Return a received observation or action; raises WireError for a number that is not finite."""
+    """Return a received observation or action, shape (columns,); raise WireError if a number is not finite."""
     row = np.frombuffer(data, dtype="<f8").astype(np.float64)
     if not np.isfinite(row).all():
         raise WireError("a number is not finite")

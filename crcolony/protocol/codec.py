@@ -1,76 +1,84 @@
-"""What robots, arenas and observers say to each other: MessagePack with one canonical form, and a limit on everything.
+"""MessagePack with one canonical form and a limit on everything (PROTOCOL.md, "Messages").
 
-    WireError                 bytes from outside that are no message, or more than a message may be
-
-Every message is an array that begins with its name. Decoding is strict: the right fields in the right order, every
-number in its range, nothing left over, and `encode(decode(b)) == b`, so that a signature or a hash of a message means
-one thing only. Whatever comes in, `decode_…` returns a message or raises WireError, nothing else. PROTOCOL.md is the
-specification for strangers.
+A message is an array of its name and its fields. msgpack packs and unpacks the bytes; msgspec checks the values.
 """
 
 from typing import Annotated, Any, Generic, TypeVar
 
+import msgpack  # type: ignore[import-untyped]
 import msgspec
 from msgspec import Meta
 
 from crcolony.protocol.identity import ID_BYTES
 
 VERSION = 1
-"""Of the protocol; it is part of every key, so that robots of two versions never hear each other by accident."""
+"""Version of the protocol. Every key expression contains it, so that robots of two versions do not interact."""
 
 MAX_ENVELOPE_BYTES = 65_536
-"""The longest letter between robots; it leaves room for 4,096 genes."""
+"""Largest signed envelope; it has room for 4,096 genes."""
 MAX_BODY_MESSAGE_BYTES = 4_096
-"""The longest message between a robot and its body, and of one robot's telemetry."""
+"""Largest message between a robot and its body, and largest state of a robot."""
 MAX_SCENE_BYTES = 262_144
-"""The longest scene: some thousands of robots and packs."""
+"""Largest scene: some thousands of robots and packs."""
+MAX_ITEMS = 32
+"""Longest array in a message without lists: no message has more fields."""
 
 Id = Annotated[bytes, Meta(min_length=ID_BYTES, max_length=ID_BYTES)]
 Ordinal = Annotated[int, Meta(ge=0, lt=2**32)]
 Tick = Annotated[int, Meta(ge=0, lt=2**53)]
+ArenaRun = Annotated[int, Meta(ge=0, lt=2**62)]
+"""Id of one run of an arena."""
 Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.-]{1,64}\Z")]
-"""Of a colony or an arena; it becomes part of a key expression."""
+"""Name of a colony or an arena; it is a chunk of key expressions."""
 
 
 class WireError(Exception):
-    """Bytes from outside that are no message."""
+    """Received bytes are not a valid message of the expected kind."""
 
 
 class Message(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
-    """A message: an array of its name and its fields."""
+    """Base of all messages that travel as an array of their name and their fields."""
 
 
-# Between a robot and its body ---------------------------------------------------------------------------------------
+_BYTES = (bytes,)
+"""Tells msgspec that bytes need no conversion into text."""
+
+_packer = msgpack.Packer()
 
 
-# Encoding and decoding ----------------------------------------------------------------------------------------------
-
-_encoder = msgspec.msgpack.Encoder()
-
-
-def encode(message: Any) -> bytes:
-    """Return a message's canonical bytes."""
-    return _encoder.encode(message)
+def encode(message: msgspec.Struct) -> bytes:
+    """Return a message in its canonical form."""
+    packed: bytes = _packer.pack(msgspec.to_builtins(message, builtin_types=_BYTES))
+    return packed
 
 
 T = TypeVar("T")
 
 
 class StrictDecoder(Generic[T]):
-    """The one way in for bytes of one kind of message."""
+    """Decodes received bytes of one kind of message, which may be a union of messages.
 
-    def __init__(self, kind: Any, most_bytes: int) -> None:
-        self._decoder: msgspec.msgpack.Decoder[T] = msgspec.msgpack.Decoder(kind)
-        self._most_bytes = most_bytes
+    `max_bytes` bounds the message and `max_items` every array in it; both are checked before memory is reserved.
+    """
+
+    def __init__(self, kind: Any, max_bytes: int, max_items: int = MAX_ITEMS) -> None:
+        # msgspec analyses the fields of a struct once, but a bare union at every conversion.
+        self._wrapper: Any = msgspec.defstruct("Wrapper", [("message", kind)], array_like=True)
+        self._max_bytes = max_bytes
+        self._max_items = max_items
 
     def decode(self, data: bytes) -> T:
-        """Return the message; raises WireError for anything that is not one in its canonical form."""
-        if len(data) > self._most_bytes:
-            raise WireError(f"{len(data)} bytes, at most {self._most_bytes} are allowed")
+        """Return the message; raise WireError unless `data` is exactly one valid message in canonical form."""
+        if len(data) > self._max_bytes:
+            raise WireError(f"{len(data)} bytes, at most {self._max_bytes} are allowed")
         try:
-            message = self._decoder.decode(data)
-        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+            values = msgpack.unpackb(
+                data, max_array_len=self._max_items, max_map_len=0, max_ext_len=0
+            )
+            message: T = msgspec.convert((values,), self._wrapper).message
+        except (ValueError, msgspec.ValidationError) as error:
             raise WireError(str(error)) from None
-        if _encoder.encode(message) != data:
+        # This also refuses what msgspec converts silently: an integer into a float, a base64 text into bytes.
+        if encode(message) != data:  # type: ignore[arg-type]
             raise WireError("not in canonical form")
         return message

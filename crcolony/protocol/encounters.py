@@ -1,4 +1,4 @@
-"""What a robot keeps of an encounter, and what its mating asks of whoever carries it out: values, for `mating.py`."""
+"""The values of a mating: what a robot keeps of an encounter, and the effects that `mating.py` returns."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -6,7 +6,13 @@ from typing import Literal
 import msgspec
 
 from crcolony.protocol.identity import RobotId
-from crcolony.protocol.mating_messages import Encounter, MatingMessage
+from crcolony.protocol.mating_messages import (
+    Accept,
+    Commit,
+    Encounter,
+    MatingMessage,
+    Propose,
+)
 
 Role = Literal["initiator", "responder"]
 EncounterState = Literal["proposed", "decided", "prepared", "mated", "aborted"]
@@ -16,30 +22,31 @@ Outcome = Literal[
 
 
 class MatingLimits(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """How long a robot waits for its partner, and how much it keeps of it."""
+    """How long a robot waits for its partner, and how many encounters it keeps."""
 
     contact_s: float = 2.0
-    """How long after a contact a mating may begin"""
+    """Time after a contact in which a mating may begin"""
     patience_s: float = 0.5
-    """After so long the robot with the larger id proposes, if the other has not"""
+    """Time after which the robot with the larger id proposes if the other has not"""
     propose_s: float = 2.0
-    """An initiator without an answer gives up after this"""
+    """Time after which an initiator without an answer gives up"""
     retry_s: float = 0.2
-    """The first reminder; each later one waits twice as long"""
+    """Time to the first retry of a propose or commit; it doubles with every retry"""
     doubt_s: float = 0.5
-    """A responder that has not heard the decision asks after this, and is free for others"""
+    """Time after which a responder without the decision asks for it, and is free for other robots"""
     max_retry_s: float = 5.0
+    """Longest time between two retries"""
     orphan_s: float = 60.0
-    """A partner that has not come back by then is given up; if it comes back after all, the mating is still resolved"""
+    """Time after which an encounter whose partner is silent is orphaned; it is still resolved if the partner returns"""
     open: int = 256
-    """Encounters that wait for a partner, at most; beyond that there are no new ones"""
+    """Encounters that may be open at the same time"""
     peers: int = 100_000
-    """Robots whose last encounter is remembered, at most"""
+    """Initiators whose last number is remembered; proposals of others are then refused as busy"""
 
 
 @dataclass(frozen=True)
 class Offer:
-    """One robot's side of an exchange: the agent in control at the contact, and its genes as they travel."""
+    """One robot's side of a mating: the agent in control at the contact, and its packed genes."""
 
     agent: str
     genes: bytes
@@ -47,14 +54,14 @@ class Offer:
 
 @dataclass(frozen=True)
 class EncounterRecord:
-    """What a robot keeps of one encounter. `proof` is the partner's signed letter, byte for byte."""
+    """What a robot keeps of one encounter. `proof` is the partner's signed envelope, byte for byte."""
 
     encounter: Encounter
     role: Role
     state: EncounterState
     nonce: int
     tick: int
-    """Of the contact"""
+    """Tick of the contact"""
     own: Offer
     partner: Offer | None = None
     proof: bytes = b""
@@ -67,14 +74,14 @@ class EncounterRecord:
         return self.encounter.responder if is_mine else self.encounter.initiator
 
     @property
-    def waits(self) -> bool:
-        """Whether it is on the disk, and not at its end: the partner has yet to answer."""
+    def is_unresolved(self) -> bool:
+        """Whether the record is on disk and waits for the partner's answer."""
         return (self.role, self.state) in (("initiator", "decided"), ("responder", "prepared"))
 
 
 @dataclass(frozen=True)
 class Write:
-    """Persist all of `records` or none. `before` holds what each of them replaces, or None."""
+    """Persist all of `records` or none. `before` holds the record that each of them replaces, or None."""
 
     records: tuple[EncounterRecord, ...]
     before: tuple[EncounterRecord | None, ...]
@@ -91,7 +98,7 @@ class Write:
 
 @dataclass(frozen=True)
 class Send:
-    """Say something to a robot; it may be lost."""
+    """Send a message to a robot; it may be lost."""
 
     to: RobotId
     message: MatingMessage
@@ -99,7 +106,7 @@ class Send:
 
 @dataclass(frozen=True)
 class OutcomeReport:
-    """How an encounter goes, for observers and counters."""
+    """Report to observers and counters what became of an encounter."""
 
     outcome: Outcome
     peer: RobotId
@@ -108,3 +115,22 @@ class OutcomeReport:
 
 
 Effect = Write | Send | OutcomeReport
+
+
+def send_for(record: EncounterRecord, schema: bytes) -> Send:
+    """Return the message that a robot sends when an encounter enters this state, and again at every retry."""
+    encounter, own = record.encounter, record.own
+    offer = (encounter, record.nonce, schema, own.agent, own.genes)
+    match record.state:
+        case "proposed":
+            return Send(record.peer, Propose(*offer))
+        case "prepared":
+            return Send(record.peer, Accept(*offer))
+        case "decided":
+            return Send(record.peer, Commit(encounter))
+    raise AssertionError(f"an encounter that is {record.state} has no message")
+
+
+def report(outcome: Outcome, record: EncounterRecord, reason: str = "") -> OutcomeReport:
+    """Return the report of an encounter's outcome."""
+    return OutcomeReport(outcome, record.peer, record.encounter, reason)

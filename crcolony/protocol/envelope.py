@@ -1,4 +1,4 @@
-"""Signed envelopes: every mating message travels in one (PROTOCOL.md, "Envelopes")."""
+"""Signed envelopes, in which all messages of a mating travel (PROTOCOL.md, "Signed envelopes")."""
 
 from typing import Annotated
 
@@ -16,12 +16,11 @@ from crcolony.protocol.identity import (
 from crcolony.protocol.mating_messages import MatingMessage, decode_mating_message, sender_of
 
 Key = Annotated[bytes, Meta(min_length=KEY_BYTES, max_length=KEY_BYTES)]
-
 Signature = Annotated[bytes, Meta(min_length=SIGNATURE_BYTES, max_length=SIGNATURE_BYTES)]
 
 
 class SignedEnvelope(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
-    """A signed message between robots. The signature covers the colony's name and the content, byte for byte."""
+    """An encoded message with its sender's key and signature, which covers the colony's name and the content."""
 
     content: Annotated[bytes, Meta(max_length=MAX_ENVELOPE_BYTES)]
     key: Key
@@ -29,25 +28,25 @@ class SignedEnvelope(msgspec.Struct, frozen=True, array_like=True, forbid_unknow
 
 
 def sign_message(message: MatingMessage, colony: str, sender: Identity) -> bytes:
-    """Return the signed letter that carries a message."""
+    """Return the encoded envelope of a message, signed by its sender."""
     content = encode(message)
     return encode(SignedEnvelope(content, sender.public_key, sender.sign(_signed(colony, content))))
 
 
 def open_envelope(data: bytes) -> tuple[SignedEnvelope, MatingMessage]:
-    """Return a letter and the message in it, whose sender the key belongs to; the signature is not verified yet.
+    """Return an envelope and its message; raise WireError if it is malformed or its key is not the sender's.
 
-    Everything cheap is done here, so that a letter that nobody waits for costs no verification. Raises WireError.
+    The signature is not verified, so that envelopes which the robot does not expect cost little.
     """
     envelope = decode_envelope(data)
     message = decode_mating_message(envelope.content)
     if robot_id(envelope.key) != sender_of(message):
-        raise WireError("the letter's key is not its sender's")
+        raise WireError("the envelope's key is not its sender's")
     return envelope, message
 
 
 def has_valid_signature(envelope: SignedEnvelope, colony: str) -> bool:
-    """Tell whether the owner of the letter's key signed it, for this colony."""
+    """Return whether the owner of the envelope's key signed it, for this colony."""
     return is_signed(_signed(colony, envelope.content), envelope.signature, envelope.key)
 
 

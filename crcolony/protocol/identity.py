@@ -1,7 +1,7 @@
-"""Who a robot is: its ed25519 key (RFC 8032). Names on the network prove nothing; a signature does.
+"""The identity of a robot: its Ed25519 key (RFC 8032).
 
-A robot's id is a hash of its public key, so nobody can take another's id without its private key. Ed25519 comes from
-libsodium (PyNaCl): it signs in 31 and verifies in 65 microseconds where OpenSSL's took 45 and 110 to 140.
+A robot's id is a hash of its public key, so no other robot can use it without the secret key. Ed25519 comes from
+libsodium (PyNaCl), which signs in 31 and verifies in 65 microseconds; OpenSSL takes 45 and 110 to 140.
 """
 
 import hashlib
@@ -15,20 +15,20 @@ from nacl.exceptions import BadSignatureError
 from crcolony.errors import CrcolonyError
 
 RobotId = bytes
-"""16 bytes: BLAKE2b of the public key. Shown as 32 hex digits, or its first eight."""
+"""16 bytes: BLAKE2b of the public key. It is shown as 32 hex digits, or as the first eight."""
 
-ID_BYTES, SEED_BYTES, KEY_BYTES, SIGNATURE_BYTES = 16, 32, 32, 64
+ID_BYTES = 16
+SEED_BYTES = 32
+KEY_BYTES = 32
+SIGNATURE_BYTES = 64
 
 
 class IdentityError(CrcolonyError):
-    """A key file or an allow-list cannot be used: the message names the file and the reason."""
+    """A key file or an allow-list cannot be used; the message names the file and the reason."""
 
 
 class Identity:
-    """A robot's own key: it signs with it, and is called by it.
-
-    Raises ValueError for a seed that is not 32 bytes.
-    """
+    """A robot's own key pair. Raise ValueError for a seed that is not 32 bytes."""
 
     def __init__(self, seed: bytes) -> None:
         if len(seed) != SEED_BYTES:
@@ -37,7 +37,7 @@ class Identity:
         self.id = robot_id(self.public_key)
 
     def sign(self, content: bytes) -> bytes:
-        """Return the signature (64 bytes) of some content."""
+        """Return the signature of some content, 64 bytes."""
         signed: bytes = bindings.crypto_sign(content, self._secret)
         return signed[:SIGNATURE_BYTES]
 
@@ -48,7 +48,7 @@ def robot_id(public_key: bytes) -> RobotId:
 
 
 def is_signed(content: bytes, signature: bytes, public_key: bytes) -> bool:
-    """Tell whether the owner of a public key signed this content."""
+    """Return whether the owner of a public key signed this content."""
     try:
         bindings.crypto_sign_open(signature + content, public_key)
     except (BadSignatureError, ValueError):
@@ -57,28 +57,28 @@ def is_signed(content: bytes, signature: bytes, public_key: bytes) -> bool:
 
 
 def seeded(colony: str, seed: int, number: int) -> Identity:
-    """Return a simulated robot, the same for the same colony, seed and number: for repeatable runs only.
+    """Return the identity of a simulated robot, which colony, seed and number determine: for reproducible runs only.
 
-    Anyone who knows the seed knows its key. Robots that must not be impersonated get theirs from `create_key`.
+    Anyone who knows the seed knows the key. Robots that must not be impersonated get theirs from `create_key`.
     """
     return Identity(seeded_key(colony, seed, number))
 
 
 def seeded_key(colony: str, seed: int, number: int) -> bytes:
-    """Return the secret seed of that robot's key."""
+    """Return the seed of a simulated robot's key, 32 bytes."""
     content = f"{colony}\n{seed}\n{number}".encode()
     return hashlib.blake2b(content, digest_size=SEED_BYTES, person=b"crcolony seeded").digest()
 
 
 def create_key(path: Path) -> Identity:
-    """Write a new secret key into a file that only its owner may read; raises IdentityError if it exists."""
+    """Write a new secret key into a file that only its owner may read; raise IdentityError if it exists."""
     seed = secrets.token_bytes(SEED_BYTES)
     write_key(path, seed)
     return Identity(seed)
 
 
 def write_key(path: Path, seed: bytes) -> None:
-    """Write a key's seed as hex; raises IdentityError if the file exists or cannot be written."""
+    """Write a key's seed as hex; raise IdentityError if the file exists or cannot be written."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -96,7 +96,7 @@ def write_key(path: Path, seed: bytes) -> None:
 
 
 def load_key(path: Path) -> Identity:
-    """Read a key file; raises IdentityError if it is missing, malformed, or readable for others."""
+    """Read a key file; raise IdentityError if it is missing, malformed, or readable for others."""
     try:
         mode = path.stat().st_mode
         text = path.read_text("ascii").strip()
@@ -113,7 +113,7 @@ def load_key(path: Path) -> Identity:
 
 
 class AllowList:
-    """Whom a robot mates with: anyone (`permissive`), or only the listed (`enforce`)."""
+    """The robots with which a robot mates: all (`permissive`), or only the listed ones (`enforce`)."""
 
     def __init__(self, robots: frozenset[RobotId] | None = None) -> None:
         self._robots = robots
@@ -123,7 +123,7 @@ class AllowList:
 
     @classmethod
     def load(cls, path: Path) -> "AllowList":
-        """Read a file with one robot id (32 hex digits) a line; `#` begins a comment. Raises IdentityError."""
+        """Read a file with one robot id (32 hex digits) a line; `#` starts a comment; raise IdentityError."""
         try:
             lines = path.read_text("utf-8").splitlines()
         except (OSError, UnicodeDecodeError) as error:

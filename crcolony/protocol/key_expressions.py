@@ -1,6 +1,6 @@
-"""The key expressions of the colony on Zenoh. PROTOCOL.md explains each.
+"""The key expressions of a colony on Zenoh (PROTOCOL.md, "Keys").
 
-Anybody may put anything into a key that others hear: what is read out of one is checked here.
+Any peer can declare and publish any key, so the parsers return None for a key that is not well-formed.
 """
 
 import re
@@ -13,7 +13,7 @@ ROOT = f"crcolony/{VERSION}"
 
 
 class ColonyKeys:
-    """Where the robots of one colony live, meet their letters, and are watched."""
+    """The keys of the robots of one colony."""
 
     def __init__(self, colony: str) -> None:
         self._root = f"{ROOT}/colony/{colony}"
@@ -24,32 +24,32 @@ class ColonyKeys:
         self.all_events = f"{self._root}/event/*"
 
     def alive(self, robot: RobotId, incarnation: int, session: str) -> str:
-        """The liveliness token of a robot: its key carries the incarnation and the session."""
+        """Return the key of a robot's liveliness token."""
         return f"{self._root}/alive/{robot.hex()}/{incarnation}/{session}"
 
     def inbox(self, robot: RobotId) -> str:
-        """A robot's inbox."""
+        """Return the key to which envelopes for a robot are put."""
         return f"{self._root}/inbox/{robot.hex()}"
 
     def state(self, robot: RobotId) -> str:
-        """Where a robot publishes its state."""
+        """Return the key to which a robot publishes its state."""
         return f"{self._root}/state/{robot.hex()}"
 
     def event(self, robot: RobotId) -> str:
-        """Where a robot publishes its events."""
+        """Return the key to which a robot publishes its events."""
         return f"{self._root}/event/{robot.hex()}"
 
     def history(self, robot: RobotId) -> str:
-        """Where a robot is asked for events that were missed."""
+        """Return the key under which a robot replies with missed events."""
         return f"{self._root}/history/{robot.hex()}"
 
     def metadata(self, robot: RobotId) -> str:
-        """Where a robot is asked what it is like, and whom it sees."""
+        """Return the key under which a robot replies with its metadata."""
         return f"{self._root}/metadata/{robot.hex()}"
 
 
 class ArenaKeys:
-    """Where an arena is joined, and where bodies are observed and commanded."""
+    """The keys of one arena and its bodies."""
 
     def __init__(self, arena: str) -> None:
         self._root = f"{ROOT}/arena/{arena}"
@@ -57,24 +57,23 @@ class ArenaKeys:
         self.join = f"{self._root}/join"
         self.scene = f"{self._root}/scene"
         self.metadata = f"{self._root}/metadata"
-        """Where it is asked what it is like"""
         self.all_actions = f"{self._root}/body/*/action"
 
     def alive(self, arena_run: int, session: str) -> str:
-        """The liveliness token of one run of the arena."""
+        """Return the key of an arena run's liveliness token."""
         return f"{self._root}/alive/{arena_run}/{session}"
 
     def observation(self, robot: RobotId) -> str:
-        """Where a body's observations are published."""
+        """Return the key to which a body's observations are published."""
         return f"{self._root}/body/{robot.hex()}/observation"
 
     def action(self, robot: RobotId) -> str:
-        """Where a body is commanded."""
+        """Return the key to which a robot publishes its actions."""
         return f"{self._root}/body/{robot.hex()}/action"
 
 
 def observer(session: str) -> str:
-    """The liveliness token of somebody who only watches."""
+    """Return the key of an observer's liveliness token."""
     return f"{ROOT}/observer/{session}"
 
 
@@ -83,13 +82,15 @@ ALL_ARENAS_ALIVE = f"{ROOT}/arena/*/alive/*/*"
 ALL_SCENES = f"{ROOT}/arena/*/scene"
 
 
-_LIFE_BELOW, _WORLD_BELOW, _VERSION_BELOW = 2**32, 2**62, 2**32
+_MAX_INCARNATION = 2**32 - 1
+_MAX_ARENA_RUN = 2**62 - 1
+_MAX_VERSION = 2**32 - 1
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
-"""Of a colony, an arena or a session"""
+"""Name of a colony, an arena or a session."""
 
 
 class RobotToken(NamedTuple):
-    """What the key of a robot's liveliness token says."""
+    """The parts of the key of a robot's liveliness token."""
 
     colony: str
     robot: RobotId
@@ -98,7 +99,7 @@ class RobotToken(NamedTuple):
 
 
 class ArenaToken(NamedTuple):
-    """What the key of an arena's liveliness token says."""
+    """The parts of the key of an arena's liveliness token."""
 
     arena: str
     arena_run: int
@@ -106,27 +107,27 @@ class ArenaToken(NamedTuple):
 
 
 def parse_robot_token(key: str) -> RobotToken | None:
-    """Return what a robot's token says, or None if it is none."""
+    """Return the parts of a robot's token, None if the key is no such token."""
     match chunks(key):
         case ["colony", colony, "alive", name, number, session]:
-            robot, incarnation = parse_robot_id(name), _number_in(number, _LIFE_BELOW)
+            robot, incarnation = parse_robot_id(name), _parse_number(number, _MAX_INCARNATION)
             if robot is not None and incarnation is not None and _are_names(colony, session):
                 return RobotToken(colony, robot, incarnation, session)
     return None
 
 
 def parse_arena_token(key: str) -> ArenaToken | None:
-    """Return what an arena's token says, or None if it is none."""
+    """Return the parts of an arena's token, None if the key is no such token."""
     match chunks(key):
         case ["arena", arena, "alive", number, session]:
-            arena_run = _number_in(number, _WORLD_BELOW)
+            arena_run = _parse_number(number, _MAX_ARENA_RUN)
             if arena_run is not None and _are_names(arena, session):
                 return ArenaToken(arena, arena_run, session)
     return None
 
 
 def parse_robot_topic(key: str, topic: str) -> tuple[str, RobotId] | None:
-    """Return the colony and the robot that a key of this topic (state, event, history, metadata) names, or None."""
+    """Return colony and robot of a key of this topic (state, event, history, metadata), None for other keys."""
     match chunks(key):
         case ["colony", colony, found, name] if found == topic and _are_names(colony):
             robot = parse_robot_id(name)
@@ -135,7 +136,7 @@ def parse_robot_topic(key: str, topic: str) -> tuple[str, RobotId] | None:
 
 
 def parse_arena_topic(key: str, topic: str) -> str | None:
-    """Return the arena that a key of this topic (scene, metadata) names, or None."""
+    """Return the arena of a key of this topic (scene, metadata), None for other keys."""
     match chunks(key):
         case ["arena", arena, found] if found == topic and _are_names(arena):
             return arena
@@ -143,22 +144,22 @@ def parse_arena_topic(key: str, topic: str) -> str | None:
 
 
 def parse_incompatible_peer(key: str) -> tuple[RobotId, int] | None:
-    """Return the robot whose token this is and the version of the protocol that it speaks, if it is another one."""
+    """Return robot and version of a token of another version of the protocol, None for other keys."""
     match key.split("/"):
         case ["crcolony", number, "colony", _, "alive", name, _, _]:
-            robot, version = parse_robot_id(name), _number_in(number, _VERSION_BELOW)
+            robot, version = parse_robot_id(name), _parse_number(number, _MAX_VERSION)
             if robot is not None and version not in (None, VERSION):
                 return robot, version or 0
     return None
 
 
 def chunks(key: str) -> list[str]:
-    """Return what follows the protocol's root, chunk by chunk."""
+    """Return the chunks of a key after the protocol's root."""
     return key.removeprefix(f"{ROOT}/").split("/")
 
 
 def parse_robot_id(chunk: str) -> RobotId | None:
-    """Return the robot that a chunk of a key names, or None if it names none."""
+    """Return the robot id in a chunk of a key, None if the chunk is no id."""
     try:
         robot = bytes.fromhex(chunk)
     except ValueError:
@@ -170,6 +171,7 @@ def _are_names(*chunks: str) -> bool:
     return all(_NAME.fullmatch(chunk) for chunk in chunks)
 
 
-def _number_in(chunk: str, below: int) -> int | None:
-    is_number = chunk.isascii() and chunk.isdigit() and len(chunk) <= len(str(below))
-    return int(chunk) if is_number and int(chunk) < below else None
+def _parse_number(chunk: str, most: int) -> int | None:
+    # The length is checked first: int() of a long text is slow, and refuses some with an error.
+    is_number = chunk.isascii() and chunk.isdigit() and len(chunk) <= len(str(most))
+    return int(chunk) if is_number and int(chunk) <= most else None

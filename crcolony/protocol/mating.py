@@ -1,40 +1,13 @@
-"""The mating of two robots, as a state machine: no I/O, no clock, no randomness (two-phase commit, presumed abort).
+"""The mating of two robots as a state machine without I/O, clock and randomness (PROTOCOL.md, "Mating").
 
-Both mate or neither does, once both are back, and each at most once for an encounter, through any loss, duplication,
-reordering, crash and power cut. Messages and times come in, effects go out, to be carried out in their order:
-
-    Write   put these records on disk, in one transaction; where a mating is decided, decide about offspring in it
-    Send    say this to a robot
-    Note    tell observers how an encounter goes
-
-    role       state      on                        becomes    and does
-    ---------  ---------  ------------------------  ---------  -----------------------------------------------
-    initiator  (none)     contact                   PROPOSED   Send Propose
-    initiator  PROPOSED   Accept                    DECIDED    Write, decide about offspring; Send Commit
-    initiator  PROPOSED   Refuse                    (none)     Note
-    initiator  PROPOSED   time is up                (none)     Send Abort; Note
-    initiator  PROPOSED   Propose of a smaller id   (none)     yield: go on as responder
-    initiator  DECIDED    Accept, or a reminder     DECIDED    Send Commit
-    initiator  DECIDED    Done                      MATED      Write
-    initiator  DECIDED    time is up                DECIDED    Write, now orphaned; keeps reminding, seldom
-    initiator  (none)     Accept                    (none)     Send Abort (presumed abort)
-    responder  (none)     Propose after a contact   PREPARED   Write; Send Accept
-    responder  (none)     Propose while engaged     (none)     Send Refuse
-    responder  PREPARED   Propose again             PREPARED   Send Accept
-    responder  PREPARED   a newer Propose           ABORTED    Write both; Send Accept to the newer
-    responder  PREPARED   Commit                    MATED      Write, decide about offspring; Send Done
-    responder  PREPARED   Abort                     ABORTED    Write
-    responder  PREPARED   a reminder                PREPARED   Send Accept: asks what was decided (it is in doubt)
-    responder  PREPARED   time is up                PREPARED   Write, now orphaned; keeps asking, seldom
-    responder  MATED      Commit                    MATED      Send Done
-
-Whatever stands in no row is ignored. A message is believed only if its signature was verified by whoever calls this.
+It is two-phase commit with presumed abort. `mating_transitions.py` lists its transitions; a test holds that the machine
+takes exactly these. Messages and times are arguments; the caller carries out the returned effects in their order. The
+caller also verifies signatures: a message given to this machine is authentic.
 """
 
 import copy
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
-from typing import Literal
+from collections.abc import Iterable
+from dataclasses import replace
 
 from crcolony.protocol.encounters import (
     Effect,
@@ -46,6 +19,8 @@ from crcolony.protocol.encounters import (
     OutcomeReport,
     Send,
     Write,
+    report,
+    send_for,
 )
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.mating_messages import (
@@ -59,393 +34,267 @@ from crcolony.protocol.mating_messages import (
     Refuse,
     receiver_of,
 )
+from crcolony.protocol.open_encounters import OpenEncounter, OpenEncounters
+from crcolony.protocol.recent_contacts import RecentContact, RecentContacts
+from crcolony.protocol.responder_marks import Marks, ResponderMarks
 
 
-@dataclass(frozen=True)
-class _Contact:
-    nonce: int
-    own: Offer
-    tick: int
-    propose_at_s: float
-    until_s: float
-
-
-@dataclass(frozen=True)
-class _Open:
-    """An encounter that waits for its partner."""
-
-    record: EncounterRecord
-    remind_at_s: float
-    give_up_at_s: float
-    retry_s: float
-    doubted: bool = False
-    """The partner has been silent for so long that this robot is free for others"""
-
-    @property
-    def is_engaging(self) -> bool:
-        return self.record.state in ("proposed", "prepared") and not self.doubted
-
-
-@dataclass
 class MatingStateMachine:
-    """All matings of one robot. `life` is on disk before this exists; `records` and `marks` come from there."""
+    """All matings of one robot. `incarnation` is on disk before this object exists; `schema` is the genes' digest."""
 
-    me: RobotId
-    incarnation: int
-    schema: bytes
-    limits: MatingLimits = field(default_factory=MatingLimits)
-    _count: int = 0
-    _contacts: dict[RobotId, _Contact] = field(default_factory=dict)
-    _open: dict[Encounter, _Open] = field(default_factory=dict)
-    _marks: dict[RobotId, tuple[int, int]] = field(default_factory=dict)
-    """Of every initiator, the number of its last encounter this robot was prepared for"""
-    _mated: dict[RobotId, tuple[int, int]] = field(default_factory=dict)
-    """Of those, the last that became a mating"""
+    def __init__(self, me: RobotId, incarnation: int, schema: bytes, limits: MatingLimits) -> None:
+        self.me, self.incarnation, self.schema, self.limits = me, incarnation, schema, limits
+        self._proposals = 0
+        """Number of proposals in this incarnation"""
+        self._contacts = RecentContacts()
+        self._open = OpenEncounters(limits)
+        self._marks = ResponderMarks(limits.peers)
 
-    def restore(
-        self,
-        now_s: float,
-        records: Iterable[EncounterRecord],
-        marks: Mapping[RobotId, tuple[tuple[int, int], bool]],
-    ) -> None:
-        """Take up what is on disk: encounters that wait, and every initiator's last number and whether it mated."""
+    def restore(self, now_s: float, records: Iterable[EncounterRecord], marks: Marks) -> None:
+        """Restore from disk the unresolved encounters, and every initiator's last number and whether it mated."""
         for record in records:
-            self._open[record.encounter] = self._waiting(record, now_s, doubted=True)
-        for peer, (number, has_mated) in marks.items():
-            self._marks[peer] = number
-            if has_mated:
-                self._mated[peer] = number
+            self._open.add(record, now_s, in_doubt=True)
+        self._marks.restore(marks)
 
     def copy(self) -> "MatingStateMachine":
-        """Return a mating in the same state that goes its own way."""
+        """Return an independent copy."""
         other = copy.copy(self)
         other._contacts, other._open = self._contacts.copy(), self._open.copy()
-        other._marks, other._mated = self._marks.copy(), self._mated.copy()
+        other._marks = self._marks.copy()
         return other
 
     @property
     def is_engaged(self) -> bool:
-        """Whether an encounter is under way, so that another robot is told to come back later."""
-        return any(waiting.is_engaging for waiting in self._open.values())
+        """Whether an encounter is in progress, so that proposals of other robots are refused as busy."""
+        return self._open.is_engaged
 
     @property
-    def is_awaited(self) -> bool:
-        """Whether a mating may still come of what happened: a contact or an exchange is young enough."""
-        return self.is_engaged or bool(self._contacts)
+    def is_pending(self) -> bool:
+        """Whether a mating may still come of a recent contact or an encounter in progress."""
+        return self.is_engaged or len(self._contacts) > 0
 
     @property
     def open(self) -> tuple[EncounterRecord, ...]:
         """The encounters that wait for their partner."""
-        return tuple(waiting.record for waiting in self._open.values())
+        return tuple(entry.record for entry in self._open)
 
     @property
     def doubts(self) -> int:
-        """How many encounters this robot is prepared for without knowing what became of them."""
-        return sum(w.record.state == "prepared" and w.doubted for w in self._open.values())
+        """Number of encounters for which this robot is prepared and waits too long for the decision."""
+        return self._open.doubts
 
     @property
     def next_s(self) -> float:
-        """When `tick` has something to do."""
-        times = [min(w.remind_at_s, w.give_up_at_s) for w in self._open.values()]
-        for peer, contact in self._contacts.items():
-            times.append(contact.until_s)
-            if self._may_propose(peer):
+        """Time at which `handle_timeouts` has something to do, infinity if it never has."""
+        times = [self._open.next_s]
+        for contact in self._contacts:
+            times.append(contact.expires_at_s)
+            if self._may_propose(contact.peer):
                 times.append(contact.propose_at_s)
-        return min(times, default=float("inf"))
+        return min(times)
 
     def expects(self, message: MatingMessage) -> bool:
-        """Tell whether a letter is worth verifying: it belongs to a contact or to an encounter of this robot."""
+        """Return whether a message belongs to a contact or an encounter of this robot, and is worth verifying."""
         encounter = message.encounter
         if receiver_of(message) != self.me or encounter.initiator == encounter.responder:
             return False
-        if isinstance(message, Propose):
-            peer = encounter.initiator
-            waiting = self._open.get(encounter)
-            nonce = waiting.record.nonce if waiting else self._nonce_with(peer)
-            return nonce == message.nonce
-        if isinstance(message, Accept):
-            return encounter.number <= (self.incarnation, self._count)
-        if isinstance(message, Commit):
-            return (
-                encounter in self._open or self._mated.get(encounter.initiator) == encounter.number
-            )
+        match message:
+            case Propose():
+                entry = self._open.get(encounter)
+                nonce = entry.record.nonce if entry else self._nonce_with(encounter.initiator)
+                return nonce == message.nonce
+            case Accept():
+                return encounter.number <= (self.incarnation, self._proposals)
+            case Commit():
+                return encounter in self._open or self._marks.is_mated(encounter)
         return encounter in self._open
-
-    # What happens to a robot -----------------------------------------------------------------------------------
 
     def handle_contact(
         self, now_s: float, peer: RobotId, nonce: int, own: Offer, tick: int
     ) -> list[Effect]:
-        """Note a contact that the own body reported, and propose, or wait for the other to propose."""
-        patience_s = 0.0 if self.me < peer else self.limits.patience_s
-        contact = _Contact(nonce, own, tick, now_s + patience_s, now_s + self.limits.contact_s)
-        self._contacts[peer] = contact
-        return self._remind_all(now_s, peer) + self._propose_due(now_s)
+        """Handle a contact that the robot's own body reports: propose, or wait for the other robot to propose."""
+        propose_at_s = now_s if self.me < peer else now_s + self.limits.patience_s
+        expires_at_s = now_s + self.limits.contact_s
+        self._contacts.add(RecentContact(peer, nonce, own, tick, propose_at_s, expires_at_s))
+        return self.handle_peer_online(now_s, peer) + self._propose_due(now_s)
 
     def handle_message(self, now_s: float, message: MatingMessage, envelope: bytes) -> list[Effect]:
-        """Take a message whose signature (of `letter`) is verified."""
+        """Handle a message whose signature in `envelope` is verified."""
         if not self.expects(message):
             return []
         encounter = message.encounter
-        waiting = self._open.get(encounter)
+        entry = self._open.get(encounter)
         match message:
             case Propose():
                 return self._on_propose(now_s, message, envelope)
             case Accept():
-                return self._on_accept(now_s, message, envelope, waiting)
-            case Refuse(reason=reason) if waiting and waiting.record.state == "proposed":
-                del self._open[encounter]
-                return [self._note("refused", waiting.record, reason), *self._propose_due(now_s)]
+                return self._on_accept(now_s, message, envelope, entry)
+            case Refuse(reason=reason) if entry and entry.record.state == "proposed":
+                self._open.discard(encounter)
+                return [report("refused", entry.record, reason), *self._propose_due(now_s)]
             case Commit():
-                return self._on_commit(encounter, waiting)
-            case Abort() if waiting and waiting.record.state == "prepared":
-                return [*self._close(waiting, "aborted"), *self._propose_due(now_s)]
-            case Done() if waiting and waiting.record.state == "decided":
-                return self._close(waiting, "mated")
+                return self._on_commit(encounter, entry)
+            case Abort() if entry and entry.record.state == "prepared":
+                return [*self._close(entry, "aborted", "aborted"), *self._propose_due(now_s)]
+            case Done() if entry and entry.record.state == "decided":
+                return self._close(entry, "mated")
         return []
 
     def handle_timeouts(self, now_s: float) -> list[Effect]:
-        """Let time pass: remind silent partners, give up on those too long away, forget old contacts."""
+        """Discard old contacts, give up encounters, retry and propose, each as far as it is due."""
         effects: list[Effect] = []
-        for peer, contact in list(self._contacts.items()):
-            if contact.until_s <= now_s:
-                del self._contacts[peer]
-        for encounter, waiting in list(self._open.items()):
-            if waiting.give_up_at_s <= now_s:
-                effects += self.give_up(now_s, encounter)
-            elif waiting.remind_at_s <= now_s:
-                effects += self.remind(now_s, encounter)
+        self._contacts.discard_expired(now_s)
+        for entry in self._open:
+            if entry.give_up_at_s <= now_s:
+                effects += self.give_up(now_s, entry.record.encounter)
+            elif entry.retry_at_s <= now_s:
+                effects += self.retry(now_s, entry.record.encounter)
         return effects + self._propose_due(now_s)
 
     def handle_peer_online(self, now_s: float, peer: RobotId) -> list[Effect]:
-        """Resolve at once what waited for a robot that was away."""
-        return self._remind_all(now_s, peer)
+        """Retry at once all open encounters with a peer that has come onto the network."""
+        effects: list[Effect] = []
+        for entry in self._open.with_peer(peer):
+            effects += self.retry(now_s, entry.record.encounter)
+        return effects
 
     def handle_peer_offline(self, now_s: float, peer: RobotId) -> list[Effect]:
-        """Be free for others; what is prepared or decided stays, since a silent partner may have decided."""
-        self._contacts.pop(peer, None)
+        """Give up a proposal to a peer that has left the network. Everything else stays: the peer may have decided."""
+        self._contacts.discard(peer)
         effects: list[Effect] = []
-        for encounter, waiting in list(self._open.items()):
-            if waiting.record.peer == peer and waiting.record.state == "proposed":
-                effects += self.give_up(now_s, encounter)
-            elif waiting.record.peer == peer and waiting.is_engaging:
-                effects += self.remind(now_s, encounter)
+        for entry in self._open.with_peer(peer):
+            if entry.record.state == "proposed":
+                effects += self.give_up(now_s, entry.record.encounter)
+            elif entry.is_engaging:
+                effects += self.retry(now_s, entry.record.encounter)
         return effects + self._propose_due(now_s)
 
-    def remind(self, now_s: float, encounter: Encounter) -> list[Effect]:
-        """Say again what waits for an answer; a responder that must ask is in doubt, and no longer engaged."""
-        waiting = self._open[encounter]
+    def retry(self, now_s: float, encounter: Encounter) -> list[Effect]:
+        """Send an open encounter's last message again; a responder asks for the decision by it, and is in doubt."""
+        entry = self._open[encounter]
+        self._open.schedule_retry(encounter, now_s)
         effects: list[Effect] = []
-        if waiting.record.state == "prepared" and not waiting.doubted:
-            effects.append(self._note("doubt", waiting.record))
-        retry_s = min(2.0 * waiting.retry_s, self.limits.max_retry_s)
-        self._open[encounter] = replace(
-            waiting,
-            remind_at_s=now_s + retry_s,
-            retry_s=retry_s,
-            doubted=waiting.doubted or waiting.record.state == "prepared",
-        )
-        return [*effects, self._print_line(waiting.record)]
+        if entry.record.state == "prepared" and not entry.in_doubt:
+            effects.append(report("doubt", entry.record))
+        return [*effects, send_for(entry.record, self.schema)]
 
     def give_up(self, now_s: float, encounter: Encounter) -> list[Effect]:
-        """Stop waiting: forget a proposal; keep what is decided or prepared as orphaned, if the partner returns."""
-        waiting = self._open[encounter]
-        record = waiting.record
+        """Drop a proposal; mark what is decided or prepared as orphaned, and keep it for the partner's return."""
+        entry = self._open[encounter]
+        record = entry.record
         if record.state == "proposed":
-            del self._open[encounter]
-            return [Send(record.peer, Abort(encounter)), self._note("expired", record)]
+            self._open.discard(encounter)
+            return [Send(record.peer, Abort(encounter)), report("expired", record)]
         if record.orphaned:
             return []
         orphan = replace(record, orphaned=True)
-        self._open[encounter] = self._waiting(orphan, now_s, doubted=True)
-        return [Write((orphan,), (record,)), self._note("orphaned", orphan)]
+        self._open.add(orphan, now_s, in_doubt=True)
+        return [Write((orphan,), (record,)), report("orphaned", orphan)]
 
     def rollback(self, now_s: float, write: Write) -> list[Effect]:
-        """Go back to what was before a write that the disk did not take; nothing of it has been said."""
+        """Return to the state before a write that failed; no message that depends on it has been sent."""
         effects: list[Effect] = []
         for record, before in zip(write.records, write.before, strict=True):
-            self._open.pop(record.encounter, None)
-            effects.append(self._note("storage", record))
+            self._open.discard(record.encounter)
+            effects.append(report("storage", record))
             if before is None:
                 effects.append(Send(record.peer, Refuse(record.encounter, "storage")))
             elif before.state == "proposed":
                 effects.append(Send(record.peer, Abort(record.encounter)))
             else:
-                self._open[record.encounter] = self._waiting(before, now_s, doubted=True)
+                self._open.add(before, now_s, in_doubt=True)
         return effects
 
-    # The rows of the table -------------------------------------------------------------------------------------
-
     def _propose_due(self, now_s: float) -> list[Effect]:
-        """Propose to the robot met last, if nothing else is under way."""
-        for peer, contact in reversed(list(self._contacts.items())):
-            if contact.propose_at_s > now_s or contact.until_s <= now_s:
-                continue
-            if not self._may_propose(peer):
-                continue
-            del self._contacts[peer]
-            self._count += 1
-            encounter = Encounter(self.me, peer, self.incarnation, self._count)
-            record = EncounterRecord(
-                encounter, "initiator", "proposed", contact.nonce, contact.tick, contact.own
-            )
-            self._open[encounter] = self._waiting(record, now_s)
-            return [self._print_line(record)]
-        return []
+        """Propose to the robot of the last contact that is due, unless the robot is engaged."""
+        contact = next((c for c in self._contacts.due(now_s) if self._may_propose(c.peer)), None)
+        if contact is None:
+            return []
+        self._contacts.discard(contact.peer)
+        self._proposals += 1
+        encounter = Encounter(self.me, contact.peer, self.incarnation, self._proposals)
+        record = EncounterRecord(
+            encounter, "initiator", "proposed", contact.nonce, contact.tick, contact.own
+        )
+        self._open.add(record, now_s)
+        return [send_for(record, self.schema)]
 
     def _on_propose(self, now_s: float, message: Propose, envelope: bytes) -> list[Effect]:
         encounter, peer = message.encounter, message.encounter.initiator
-        mark = self._marks.get(peer, (-1, -1))
-        if encounter in self._open:
-            return [self._print_line(self._open[encounter].record)]
-        if encounter.number <= mark:
+        entry = self._open.get(encounter)
+        if entry is not None:
+            return [send_for(entry.record, self.schema)]
+        if self._marks.is_stale(encounter):
             return [Send(peer, Refuse(encounter, "stale"))]
         if message.schema != self.schema:
-            return [
-                self._note_peer("refused", peer, "schema"),
-                Send(peer, Refuse(encounter, "schema")),
-            ]
-        crossed = self._proposal_to(peer)
+            refused = OutcomeReport("refused", peer, reason="schema")
+            return [refused, Send(peer, Refuse(encounter, "schema"))]
+        crossed = self._open.record_of(peer, "proposed")
         if crossed and self.me < peer:
-            return []  # it yields as soon as it has heard of ours
+            return []  # the peer yields when it receives this robot's proposal
         if crossed:
-            del self._open[crossed.encounter]
+            self._open.discard(crossed.encounter)
         met = self._contacts.get(peer) or crossed  # in the order of `_nonce_with`
         assert met is not None, "expects() let it pass, so there was a contact"
-        outdated = self._prepared_for(peer)
-        if self._is_busy(peer, outdated):
-            return [self._note_peer("busy", peer), Send(peer, Refuse(encounter, "busy"))]
-        self._contacts.pop(peer, None)
+        outdated = self._open.record_of(peer, "prepared")
+        if not (self._open.may_add(peer, outdated) and self._marks.has_room_for(peer)):
+            return [OutcomeReport("busy", peer), Send(peer, Refuse(encounter, "busy"))]
+        self._contacts.discard(peer)
+        partner = Offer(message.agent, message.genes)
         record = EncounterRecord(
-            encounter, "responder", "prepared", met.nonce, met.tick, met.own,
-            Offer(message.agent, message.genes), envelope,
-        )  # fmt: skip
-        self._marks[peer] = encounter.number
-        self._open[encounter] = self._waiting(record, now_s)
+            encounter, "responder", "prepared", met.nonce, met.tick, met.own, partner, envelope
+        )
+        self._marks.add_prepared(encounter)
+        self._open.add(record, now_s)
+        send = send_for(record, self.schema)
         if outdated is None:
-            return [Write((record,), (None,)), self._print_line(record)]
-        del self._open[outdated.encounter]
+            return [Write((record,), (None,)), send]
+        self._open.discard(outdated.encounter)
         aborted = replace(outdated, state="aborted")
-        return [
-            Write((aborted, record), (outdated, None)),
-            self._note("aborted", aborted),
-            self._print_line(record),
-        ]
+        return [Write((aborted, record), (outdated, None)), report("aborted", aborted), send]
 
     def _on_accept(
-        self, now_s: float, message: Accept, envelope: bytes, waiting: _Open | None
+        self, now_s: float, message: Accept, envelope: bytes, entry: OpenEncounter | None
     ) -> list[Effect]:
         encounter, peer = message.encounter, message.encounter.responder
-        if waiting is None:  # never decided, or done long ago, and then the partner ignores this
+        if entry is None:  # never decided, or done long ago, and then the partner ignores this
             return [Send(peer, Abort(encounter))]
-        record = waiting.record
+        record = entry.record
         if record.state == "decided":
-            return [self._print_line(record)]
+            return [send_for(record, self.schema)]
         if message.nonce != record.nonce or message.schema != self.schema:
             return []
-        decided = replace(
-            record, state="decided", partner=Offer(message.agent, message.genes), proof=envelope
-        )
-        self._open[encounter] = self._waiting(decided, now_s)
+        partner = Offer(message.agent, message.genes)
+        decided = replace(record, state="decided", partner=partner, proof=envelope)
+        self._open.add(decided, now_s)
         return [
             Write((decided,), (record,)),
-            self._note("mated", decided),
-            self._print_line(decided),
+            report("mated", decided),
+            send_for(decided, self.schema),
             *self._propose_due(now_s),
         ]
 
-    def _on_commit(self, encounter: Encounter, waiting: _Open | None) -> list[Effect]:
+    def _on_commit(self, encounter: Encounter, entry: OpenEncounter | None) -> list[Effect]:
         done = Send(encounter.initiator, Done(encounter))
-        if waiting is None:
+        if entry is None:  # the commit is a repetition
             return [done]
-        self._mated[encounter.initiator] = encounter.number
-        del self._open[encounter]
-        mated = replace(waiting.record, state="mated")
-        notes = [self._note("mated", mated)]
-        if waiting.doubted:
-            notes.append(self._note("resolved", mated))
-        return [Write((mated,), (waiting.record,)), *notes, done]
+        self._marks.add_mated(encounter)
+        return [*self._close(entry, "mated", "mated"), done]
 
-    def _close(self, waiting: _Open, state: Literal["mated", "aborted"]) -> list[Effect]:
-        record = replace(waiting.record, state=state)
-        del self._open[record.encounter]
-        notes = [self._note("aborted", record)] if state == "aborted" else []
-        was_in_doubt = waiting.record.state == "prepared" and waiting.doubted
-        if was_in_doubt or waiting.record.orphaned:
-            notes.append(self._note("resolved", record))
-        return [Write((record,), (waiting.record,)), *notes]
-
-    # Small things ----------------------------------------------------------------------------------------------
-
-    def _print_line(self, record: EncounterRecord) -> Send:
-        """Return what a robot says in this state: once, and again at every reminder."""
-        encounter, own = record.encounter, record.own
-        match record.state:
-            case "proposed":
-                return Send(
-                    record.peer, Propose(encounter, record.nonce, self.schema, own.agent, own.genes)
-                )
-            case "prepared":
-                return Send(
-                    record.peer, Accept(encounter, record.nonce, self.schema, own.agent, own.genes)
-                )
-            case "decided":
-                return Send(record.peer, Commit(encounter))
-            case _:
-                raise AssertionError(f"a {record.state} encounter waits for nothing")
-
-    def _waiting(self, record: EncounterRecord, now_s: float, doubted: bool = False) -> _Open:
-        limits = self.limits
-        first_s = limits.doubt_s if record.state == "prepared" else limits.retry_s
-        give_up_s = limits.propose_s if record.state == "proposed" else limits.orphan_s
-        if record.orphaned:
-            first_s, give_up_s = limits.max_retry_s, float("inf")
-        return _Open(record, now_s + first_s, now_s + give_up_s, first_s, doubted)
-
-    def _is_busy(self, peer: RobotId, outdated: EncounterRecord | None) -> bool:
-        """Whether a new encounter with this robot must wait: another is under way, or there are too many."""
-        engaged = any(w.is_engaging and w.record is not outdated for w in self._open.values())
-        is_unresolved = any(
-            w.record.peer == peer and w.record is not outdated for w in self._open.values()
-        )
-        is_full = len(self._open) - (outdated is not None) >= self.limits.open
-        is_stranger = peer not in self._marks and len(self._marks) >= self.limits.peers
-        return engaged or is_unresolved or is_full or is_stranger
-
-    def _nonce_with(self, peer: RobotId) -> int | None:
-        contact = self._contacts.get(peer)
-        if contact is not None:
-            return contact.nonce
-        proposal = self._proposal_to(peer)
-        return proposal.nonce if proposal else None
-
-    def _proposal_to(self, peer: RobotId) -> EncounterRecord | None:
-        return self._find(peer, "proposed")
-
-    def _prepared_for(self, peer: RobotId) -> EncounterRecord | None:
-        return self._find(peer, "prepared")
-
-    def _find(self, peer: RobotId, state: EncounterState) -> EncounterRecord | None:
-        for waiting in self._open.values():
-            if waiting.record.peer == peer and waiting.record.state == state:
-                return waiting.record
-        return None
+    def _close(
+        self, entry: OpenEncounter, state: EncounterState, outcome: Outcome | None = None
+    ) -> list[Effect]:
+        record = replace(entry.record, state=state)
+        self._open.discard(record.encounter)
+        reports = [report(outcome, record)] if outcome else []
+        if entry.in_doubt or record.orphaned:
+            reports.append(report("resolved", record))
+        return [Write((record,), (entry.record,)), *reports]
 
     def _may_propose(self, peer: RobotId) -> bool:
-        is_full = len(self._open) >= self.limits.open
-        return not self.is_engaged and not is_full and not self._has_open(peer)
+        return self._open.may_add(peer)
 
-    def _has_open(self, peer: RobotId) -> bool:
-        return any(waiting.record.peer == peer for waiting in self._open.values())
-
-    def _remind_all(self, now_s: float, peer: RobotId) -> list[Effect]:
-        effects: list[Effect] = []
-        for encounter in [e for e, waiting in self._open.items() if waiting.record.peer == peer]:
-            effects += self.remind(now_s, encounter)
-        return effects
-
-    def _note(self, outcome: Outcome, record: EncounterRecord, reason: str = "") -> OutcomeReport:
-        return OutcomeReport(outcome, record.peer, record.encounter, reason)
-
-    def _note_peer(self, outcome: Outcome, peer: RobotId, reason: str = "") -> OutcomeReport:
-        return OutcomeReport(outcome, peer, None, reason)
+    def _nonce_with(self, peer: RobotId) -> int | None:
+        """Return the nonce that a proposal of this peer must quote, None if none is acceptable."""
+        met = self._contacts.get(peer) or self._open.record_of(peer, "proposed")
+        return met.nonce if met else None

@@ -22,15 +22,15 @@ Nonce = Annotated[int, Meta(ge=0, lt=2**48)]
 AgentName = Annotated[str, Meta(min_length=1, max_length=64)]
 
 Genes = Annotated[bytes, Meta(min_length=8, max_length=32_768)]
-"""Little-endian float64, one after the other; 8 bytes a gene."""
+"""Little-endian float64, 8 bytes a gene."""
 
 SchemaDigest = Annotated[bytes, Meta(min_length=16, max_length=16)]
 
 
 class Encounter(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
-    """One meeting of two robots, named by the robot that proposes: never twice, whatever crashes.
+    """Identifier of one meeting of two robots, unique through all crashes.
 
-    `life` counts the initiator's starts and is on its disk before it says anything; `count` counts its proposals in it.
+    `incarnation` is the initiator's, on its disk before it sends anything; `count` is the ordinal of its proposal.
     """
 
     initiator: Id
@@ -40,7 +40,7 @@ class Encounter(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fie
 
     @property
     def number(self) -> tuple[int, int]:
-        """What grows from one proposal of the initiator to its next."""
+        """The number that increases with every proposal of the initiator."""
         return self.incarnation, self.count
 
 
@@ -49,14 +49,14 @@ class Propose(Message, frozen=True, tag="propose"):
 
     encounter: Encounter
     nonce: Nonce
-    """What both bodies were told at the contact: it ties the letter to the meeting"""
+    """Random number that both bodies received at the contact: it ties the message to the meeting"""
     schema: SchemaDigest
     agent: AgentName
     genes: Genes
 
 
 class Accept(Message, frozen=True, tag="accept"):
-    """The responder is prepared, on disk, and gives its agent's genotype. Said again, it asks what was decided."""
+    """The responder is prepared, on disk, and sends its agent's genotype. A retry asks for the decision."""
 
     encounter: Encounter
     nonce: Nonce
@@ -73,19 +73,19 @@ class Refuse(Message, frozen=True, tag="refuse"):
 
 
 class Commit(Message, frozen=True, tag="commit"):
-    """The initiator has decided, on disk: this mating takes place."""
+    """The initiator has decided, on disk: the mating takes place."""
 
     encounter: Encounter
 
 
 class Abort(Message, frozen=True, tag="abort"):
-    """The initiator has decided, or never knew better: this mating does not take place."""
+    """The initiator has not decided and never will: the mating does not take place."""
 
     encounter: Encounter
 
 
 class Done(Message, frozen=True, tag="done"):
-    """The responder has this mating on its disk; the initiator need not say so again."""
+    """The responder has the mating on its disk; the initiator need not send Commit again."""
 
     encounter: Encounter
 
@@ -93,27 +93,28 @@ class Done(Message, frozen=True, tag="done"):
 MatingMessage = Propose | Accept | Refuse | Commit | Abort | Done
 
 BY_INITIATOR = (Propose, Commit, Abort)
+"""The messages that the initiator sends; the responder sends the others."""
 
 
 def sender_of(message: MatingMessage) -> bytes:
-    """Return the id of the robot that must have said this."""
+    """Return the id of the robot that sends this message."""
     encounter = message.encounter
     return encounter.initiator if isinstance(message, BY_INITIATOR) else encounter.responder
 
 
 def receiver_of(message: MatingMessage) -> bytes:
-    """Return the id of the robot that this is said to."""
+    """Return the id of the robot that receives this message."""
     encounter = message.encounter
     return encounter.responder if isinstance(message, BY_INITIATOR) else encounter.initiator
 
 
 def pack_genes(genes: FloatArray) -> bytes:
-    """Return genes as they travel: little-endian float64."""
+    """Return genes as little-endian float64 bytes."""
     return np.ascontiguousarray(genes, dtype="<f8").tobytes()
 
 
 def unpack_genes(data: bytes, schema: Schema) -> FloatArray:
-    """Return received genes, shape (genes,); raises WireError if they are not finite, in range, and of this schema."""
+    """Return received genes, shape (genes,); raise WireError if they do not fit the schema or are not finite."""
     if len(data) != 8 * len(schema):
         raise WireError(f"{len(data)} bytes are not {len(schema)} genes")
     genes = np.frombuffer(data, dtype="<f8").astype(np.float64)
@@ -125,4 +126,4 @@ def unpack_genes(data: bytes, schema: Schema) -> FloatArray:
 
 
 decode_mating_message = StrictDecoder[MatingMessage](MatingMessage, MAX_ENVELOPE_BYTES).decode
-"""Of the content of a letter"""
+"""Decodes the content of an envelope."""

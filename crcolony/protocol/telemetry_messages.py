@@ -1,7 +1,7 @@
-"""What a robot and an arena tell whoever watches: a state at a fixed rate, and every event with a number.
+"""The messages of robots and arenas to observers (PROTOCOL.md, "Telemetry").
 
-Telemetry may be lost. Events of one life of a robot are numbered without gaps, and a state names the last of them, so
-an observer knows what it missed and can ask for it: `HistoryReply` answers from the robot's ring of recent events.
+Telemetry may be lost. The events of a robot's incarnation are numbered without gaps, and a state contains the last
+number, so that an observer notices missed events and can request them.
 """
 
 from typing import Annotated
@@ -14,6 +14,7 @@ from crcolony.protocol.codec import (
     MAX_BODY_MESSAGE_BYTES,
     MAX_ENVELOPE_BYTES,
     MAX_SCENE_BYTES,
+    ArenaRun,
     Id,
     Message,
     Name,
@@ -25,26 +26,30 @@ from crcolony.protocol.encounters import Outcome
 from crcolony.protocol.mating_messages import AgentName, Encounter
 
 SILENT_AFTER_S = 2.0
-"""A robot that has said nothing for so long is silent; its state comes several times as often."""
+"""A robot without a state for so long is silent; states are published several times as often."""
 
 MAX_HISTORY_EVENTS = 64
-"""Events in one answer, at most."""
+"""Events in one history reply."""
 MAX_REPORTED_PEERS = 1000
-"""Of the robots that one sees, it names so many."""
-MAX_ROBOT_SETTINGS, MAX_ARENA_SETTINGS = 8_192, 32_768
-"""Characters of the settings that one tells of itself; an arena's obstacles may be many."""
+"""Peers in the metadata of one robot."""
+MAX_ROBOT_SETTINGS = 8_192
+"""Characters of a robot's settings as JSON."""
+MAX_ARENA_SETTINGS = 32_768
+"""Characters of an arena's settings as JSON; it may have many obstacles."""
+
+MAX_SCENE_ITEMS = 4_096
+"""Robots, and packs, in one scene."""
 
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 Metres = Annotated[float, Meta(ge=-1e6, le=1e6)]
-"""From the arena's middle; what is no number is not within"""
+"""Coordinate from the arena's middle; NaN is not within the limits."""
 Size = Annotated[float, Meta(gt=0.0, le=1e6)]
 Count = Annotated[int, Meta(ge=0, lt=2**53)]
 UnixMs = Annotated[int, Meta(ge=0, lt=2**53)]
-ArenaRun = Annotated[int, Meta(ge=0, lt=2**62)]
 
 
 class Met(Message, frozen=True, tag="Met"):
-    """The own body reported a contact."""
+    """The robot's body reported a contact."""
 
     tick: Tick
     peer: Id
@@ -52,7 +57,7 @@ class Met(Message, frozen=True, tag="Met"):
 
 
 class Exchanged(Message, frozen=True, tag="Exchanged"):
-    """A mating took place, as one of the two sees it: what it made of the partner's genotype."""
+    """A mating took place; `conceived` says whether this robot got an offspring from it."""
 
     tick: Tick
     encounter: Encounter
@@ -64,7 +69,7 @@ class Exchanged(Message, frozen=True, tag="Exchanged"):
 
 
 class EncounterOutcome(Message, frozen=True, tag="EncounterOutcome"):
-    """Something became of an encounter."""
+    """The outcome of an encounter changed."""
 
     tick: Tick
     outcome: Outcome
@@ -74,7 +79,7 @@ class EncounterOutcome(Message, frozen=True, tag="EncounterOutcome"):
 
 
 class Fault(Message, frozen=True, tag="Fault"):
-    """Something outside went wrong; the robot goes on."""
+    """An external fault; the robot continues."""
 
     tick: Tick
     what: Annotated[str, Meta(max_length=500)]
@@ -84,7 +89,7 @@ RobotEvent = Born | Died | Lived | TurnedOver | Met | Exchanged | EncounterOutco
 
 
 class EventMessage(Message, frozen=True, tag="event"):
-    """One event of a robot; `seq` counts from 1 in every life."""
+    """One event of a robot; `seq` counts from 1 in every incarnation."""
 
     robot: Id
     incarnation: Ordinal
@@ -94,15 +99,15 @@ class EventMessage(Message, frozen=True, tag="event"):
 
 
 class RobotState(Message, frozen=True, tag="state"):
-    """How a robot is, a few times a second."""
+    """State of a robot, published twice a second."""
 
     robot: Id
     number: Annotated[int, Meta(ge=0, lt=2**31)]
     arena: Annotated[str, Meta(pattern=r"^[A-Za-z0-9_.-]{0,64}\Z")]
-    """Where its body is; empty: it has none"""
+    """The arena of its body; empty without a body"""
     incarnation: Ordinal
     seq: Count
-    """Its last event"""
+    """Sequence number of its last event"""
     unix_ms: UnixMs
     tick: Tick
     generation: Count
@@ -110,36 +115,36 @@ class RobotState(Message, frozen=True, tag="state"):
     energy: Share
     module: Annotated[int, Meta(ge=-1, lt=100)]
     matings: Count
-    """In all its lives"""
+    """In all incarnations"""
     conceptions: Count
     captures: Count
-    """Batteries that its agents have captured, in all its lives"""
+    """Batteries that its agents have captured, in all incarnations"""
     pool: Count
     """Offspring that wait for the next generation"""
     waiting: Count
-    """Encounters that wait for the partner"""
+    """Unresolved encounters"""
     doubts: Count
     orphaned: Count
     peers: Count
-    """Robots it sees on the network"""
+    """Robots whose token it sees"""
     refused: Count
-    """Letters and messages that were not what they should be"""
+    """Invalid inputs"""
     dropped: Count
-    """Of what came in, lost because it was too much"""
+    """Inputs lost because of their rate"""
     faults: Count
     period_ms: Annotated[float, Meta(ge=0.0, le=1e9)]
     """Between its last two observations"""
 
 
 class HistoryRequest(Message, frozen=True, tag="history_request"):
-    """An observer asks for the events of a life from one number on."""
+    """Request of an observer for the events of an incarnation from one number on."""
 
     incarnation: Ordinal
     first: Count
 
 
 class HistoryReply(Message, frozen=True, tag="history_reply"):
-    """The answer: encoded `EventMessage` in order, as many as are kept and fit; `oldest` is the first number still kept."""
+    """Reply with encoded `EventMessage`s in order; `oldest` is the first number that is still kept."""
 
     incarnation: Ordinal
     oldest: Count
@@ -147,18 +152,18 @@ class HistoryReply(Message, frozen=True, tag="history_reply"):
 
 
 class RobotMetadata(Message, frozen=True, tag="robot_metadata"):
-    """What a robot answers whoever asks about it: what seldom changes."""
+    """Reply of a robot with what seldom changes."""
 
     robot: Id
     incarnation: Ordinal
     settings: Annotated[str, Meta(max_length=MAX_ROBOT_SETTINGS)]
-    """A JSON object of the groups body (the one it has, as its arena told), learning, life and heredity"""
+    """A JSON object of the groups body (the granted one), learning, life and heredity"""
     peers: Annotated[list[Id], Meta(max_length=MAX_REPORTED_PEERS)]
-    """Whom it sees on the network now"""
+    """Robots whose token it sees"""
 
 
 class ArenaMetadata(Message, frozen=True, tag="arena_metadata"):
-    """What an arena answers whoever asks about it."""
+    """Reply of an arena with what seldom changes."""
 
     arena: Name
     arena_run: ArenaRun
@@ -167,7 +172,7 @@ class ArenaMetadata(Message, frozen=True, tag="arena_metadata"):
 
 
 class SceneRobot(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
-    """A body in the arena."""
+    """A robot's body in a scene."""
 
     robot: Id
     colony: Name
@@ -182,7 +187,7 @@ class SceneRobot(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fi
 
 
 class ScenePack(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
-    """A battery pack."""
+    """A battery pack in a scene."""
 
     x_m: Metres
     y_m: Metres
@@ -193,7 +198,7 @@ class ScenePack(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fie
 
 
 class Scene(Message, frozen=True, tag="scene"):
-    """The arena as it is, a few times a second. `seq` counts the scenes of this run of the arena."""
+    """Snapshot of the arena, published ten times a second. `seq` counts the scenes of this arena run."""
 
     arena: Name
     arena_run: ArenaRun
@@ -203,8 +208,8 @@ class Scene(Message, frozen=True, tag="scene"):
     period_s: Annotated[float, Meta(gt=0.0, le=1e4)]
     width_m: Size
     height_m: Size
-    robots: Annotated[list[SceneRobot], Meta(max_length=4096)]
-    packs: Annotated[list[ScenePack], Meta(max_length=4096)]
+    robots: Annotated[list[SceneRobot], Meta(max_length=MAX_SCENE_ITEMS)]
+    packs: Annotated[list[ScenePack], Meta(max_length=MAX_SCENE_ITEMS)]
 
 
 decode_event = StrictDecoder[EventMessage](EventMessage, MAX_ENVELOPE_BYTES).decode
@@ -212,7 +217,11 @@ decode_state = StrictDecoder[RobotState](RobotState, MAX_BODY_MESSAGE_BYTES).dec
 decode_history_request = StrictDecoder[HistoryRequest](
     HistoryRequest, MAX_BODY_MESSAGE_BYTES
 ).decode
-decode_history_reply = StrictDecoder[HistoryReply](HistoryReply, 2 * MAX_ENVELOPE_BYTES).decode
-decode_robot_metadata = StrictDecoder[RobotMetadata](RobotMetadata, MAX_ENVELOPE_BYTES).decode
+decode_history_reply = StrictDecoder[HistoryReply](
+    HistoryReply, 2 * MAX_ENVELOPE_BYTES, MAX_HISTORY_EVENTS
+).decode
+decode_robot_metadata = StrictDecoder[RobotMetadata](
+    RobotMetadata, MAX_ENVELOPE_BYTES, MAX_REPORTED_PEERS
+).decode
 decode_arena_metadata = StrictDecoder[ArenaMetadata](ArenaMetadata, MAX_ENVELOPE_BYTES).decode
-decode_scene = StrictDecoder[Scene](Scene, MAX_SCENE_BYTES).decode
+decode_scene = StrictDecoder[Scene](Scene, MAX_SCENE_BYTES, MAX_SCENE_ITEMS).decode

@@ -91,7 +91,7 @@ def _matings_in_words(stored: StoredRobot) -> Iterator[str]:
 
 
 def _open_in_words(stored: StoredRobot) -> Iterator[str]:
-    waiting = [record for record, _ in stored.matings if record.waits]
+    waiting = [record for record, _ in stored.matings if record.is_unresolved]
     yield f"open encounters: {len(waiting)}"
     for record in waiting:
         what = "in doubt" if record.state == "prepared" else "decided, not acknowledged"

@@ -162,7 +162,7 @@ class RobotStore:
             except sqlite3.IntegrityError:
                 raise ValueError("this encounter has ended already") from None
         head.include(digest)
-        if record.waits:
+        if record.is_unresolved:
             known.waiting[record.encounter] = row | {"digest": digest}
 
     def save(self, robot: Mapping[str, Any], events: Sequence[Event], tick: int) -> None:

@@ -1,4 +1,4 @@
-"""One robot as `explorer.py` knows it: its disk, the caller of its `MatingStateMachine`, and what it must not say or decide."""
+"""One robot of `mating_explorer.py`: its disk, its state machine and the caller, and what it may send and decide."""
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
@@ -33,13 +33,13 @@ Kind = Literal[
     "forged",
     "wrong genes",
     "no contact",
-    "said too early",
+    "sent too early",
     "one-sided",
     "no decision",
     "left open",
     "error",
 ]
-"""How a promise can be broken."""
+"""The ways in which a promise can be broken."""
 
 COLONY = "explored"
 SCHEMA = bytes(16)
@@ -48,7 +48,7 @@ LIMITS = MatingLimits(
     orphan_s=1e6,
 )  # fmt: skip
 NOW_S, PATIENCE_OVER_S = 0.0, 2.0
-"""The two times at which anything ever happens: nothing but patience ends between them."""
+"""The only two times of an exploration: between them only patience_s ends."""
 
 KEYS = sorted((seeded(COLONY, 0, k) for k in range(3)), key=lambda key: key.id)
 FORGER = seeded(COLONY, 1, 0)
@@ -65,42 +65,42 @@ class Violation(Exception):  # noqa: N818
 
 @dataclass(frozen=True)
 class Disk:
-    """What a crash leaves of a robot: its life, its latest record of every encounter, and its decisions to mate."""
+    """What a crash leaves: the incarnation, the latest record of every encounter, and the decisions to mate."""
 
     incarnation: int = 0
     records: frozenset[EncounterRecord] = frozenset()
     decisions: frozenset[Encounter] = frozenset()
 
-    def find(self, encounter: Encounter) -> EncounterRecord | None:
-        """Return the latest record of an encounter."""
+    def record_of(self, encounter: Encounter) -> EncounterRecord | None:
+        """Return the latest record of an encounter, None if there is none."""
         return next((r for r in self.records if r.encounter == encounter), None)
 
     def state_of(self, encounter: Encounter) -> str:
-        """Return the state of an encounter, "" if nothing is known of it."""
-        record = self.find(encounter)
+        """Return the state of an encounter, "" if it has no record."""
+        record = self.record_of(encounter)
         return record.state if record else ""
 
 
 @dataclass(frozen=True)
 class Decide:
-    """An effect of sabotaged callers only: decide about offspring, outside the write's transaction."""
+    """Decide about offspring outside the write's transaction: an effect of sabotaged callers only."""
 
     record: EncounterRecord
 
 
 class Caller:
-    """The part of a robot around its `MatingStateMachine`, done right; sabotaged variants override it."""
+    """A correct caller of the state machine; sabotaged variants override its methods."""
 
     mating = MatingStateMachine
     decides_apart = False
 
     def start(self, me: RobotId, disk: Disk) -> tuple[Disk, MatingStateMachine]:
-        """A process begins: a new life is on disk before anything is said, then what is open is taken up."""
+        """Start a process: the new incarnation is on disk before anything is sent, then the state is restored."""
         disk = replace(disk, incarnation=disk.incarnation + 1)
-        return disk, self.restored(me, disk)
+        return disk, self.restore(me, disk)
 
-    def restored(self, me: RobotId, disk: Disk) -> MatingStateMachine:
-        """Return the mating that goes on from a disk."""
+    def restore(self, me: RobotId, disk: Disk) -> MatingStateMachine:
+        """Return the state machine that is restored from a disk."""
         mating = self.mating(me, disk.incarnation, SCHEMA, LIMITS)
         # In an order that does not depend on the hashes of bytes, so that every run visits the same states.
         open_records = sorted(filter(self.is_open, disk.records), key=_place)
@@ -108,11 +108,11 @@ class Caller:
         return mating
 
     def is_open(self, record: EncounterRecord) -> bool:
-        """Tell whether a record on disk still waits for the partner."""
-        return record.waits
+        """Return whether a record on disk is to be restored."""
+        return record.is_unresolved
 
-    def on_event(self, mating: MatingStateMachine, data: bytes) -> list[Effect]:
-        """A letter comes in."""
+    def handle_envelope(self, mating: MatingStateMachine, data: bytes) -> list[Effect]:
+        """Handle a received envelope."""
         try:
             envelope, message = open_envelope(data)
         except WireError:
@@ -122,15 +122,15 @@ class Caller:
         return mating.handle_message(NOW_S, message, data)
 
     def has_valid_signature(self, envelope: SignedEnvelope) -> bool:
-        """Tell whether its sender signed a letter."""
+        """Return whether its sender signed an envelope."""
         return has_valid_signature(envelope, COLONY)
 
     def in_order(self, effects: Sequence[Effect]) -> Sequence[Effect | Decide]:
         """Return effects in the order in which they are carried out."""
         return effects
 
-    def refused(self, mating: MatingStateMachine, write: Write) -> list[Effect]:
-        """The disk did not take a write."""
+    def handle_failed_write(self, mating: MatingStateMachine, write: Write) -> list[Effect]:
+        """Handle a write that failed."""
         return mating.rollback(NOW_S, write)
 
 
@@ -140,7 +140,7 @@ def _place(record: EncounterRecord) -> tuple[tuple[int, int], RobotId, RobotId]:
 
 
 def marks(disk: Disk) -> dict[RobotId, tuple[tuple[int, int], bool]]:
-    """Return what a robot as a responder knows of every initiator: its last number, and whether that one mated."""
+    """Return a responder's marks: of every initiator the last number, and whether that encounter mated."""
     last: dict[RobotId, EncounterRecord] = {}
     for record in disk.records:
         peer, number = record.encounter.initiator, record.encounter.number
@@ -153,25 +153,25 @@ def marks(disk: Disk) -> dict[RobotId, tuple[tuple[int, int], bool]]:
 
 @dataclass(frozen=True)
 class Bounds:
-    """What may happen. A contact is a pair of robots, the smaller number first; its nonce is its place in the list."""
+    """What may happen. A contact is a pair of robots, the smaller number first; its nonce is its ordinal, from 1."""
 
     contacts: tuple[tuple[int, int], ...]
     robots: int = 2
     crashes: int = 0
-    refusals: int = 0
+    failed_writes: int = 0
     repeats: int = 0
 
 
-class Outcome(NamedTuple):
+class Step(NamedTuple):
     """What one event does to one robot."""
 
     node: int
-    said: int
-    """A bit for every letter"""
+    sent: int
+    """A bit for every envelope"""
     crashes: int
-    refusals: int
+    failed_writes: int
     repeats: int
-    words: str
+    text: str
     violation: Violation | None = None
 
 
@@ -181,12 +181,12 @@ class Node(NamedTuple):
     robot: int
     mating: MatingStateMachine
     disk: Disk
-    message: tuple[int, ...]
-    """The nonces of all contacts that its body reported"""
+    contacts: tuple[int, ...]
+    """The nonces of all contacts that its body has reported"""
 
 
 class SentEnvelope(NamedTuple):
-    """Something that was said."""
+    """An envelope that was sent."""
 
     to: int
     data: bytes
@@ -194,9 +194,9 @@ class SentEnvelope(NamedTuple):
     has_valid_signature: bool
 
 
-def is_founded(disk: Disk, message: MatingMessage) -> bool:
-    """Tell whether a robot with this disk may say this: a crash could not make it untrue."""
-    record = disk.find(message.encounter)
+def may_send(disk: Disk, message: MatingMessage) -> bool:
+    """Return whether a robot with this disk may send this: no crash can make it untrue."""
+    record = disk.record_of(message.encounter)
     state = record.state if record else ""
     match message:
         case Propose():
@@ -207,78 +207,82 @@ def is_founded(disk: Disk, message: MatingMessage) -> bool:
             return state != "prepared"
         case Commit():
             return state == "decided"
-        case Abort():  # of a mating that is complete on both sides, the answer to a late question
+        case Abort():  # also of a mating that is complete on both sides, as the answer to a late accept
             return state != "decided"
         case Done():
             return state == "mated"
 
 
 def offers(node: Node, nonce: int) -> list[Offer]:
-    """Return what a robot offered at each report of a contact: never the same agent twice."""
-    places = [k for k, message in enumerate(node.message, 1) if message == nonce]
+    """Return the offers at each report of a contact; no two reports have the same agent."""
+    places = [k for k, contact in enumerate(node.contacts, 1) if contact == nonce]
     return [Offer(f"{NAMES[node.mating.me]}{k}", bytes([node.robot, k]) * 4) for k in places]
 
 
 def forge(message: MatingMessage, owner: Identity) -> bytes:
+    """Return an envelope with the owner's key and another robot's signature."""
     content = encode(message)
     signature = FORGER.sign(content)
     return encode(SignedEnvelope(content, owner.public_key, signature))
 
 
 def snapshot(mating: MatingStateMachine) -> Hashable:
-    """Return all of a mating that is not a time."""
+    """Return the state of a state machine without its times."""
     return (
         mating.incarnation,
-        mating._count,
-        tuple((peer, c.nonce, c.own, c.tick) for peer, c in mating._contacts.items()),
-        tuple((waiting.record, waiting.doubted) for waiting in mating._open.values()),
-        tuple(sorted(mating._marks.items())),
-        tuple(sorted(mating._mated.items())),
+        mating._proposals,
+        tuple((c.peer, c.nonce, c.own, c.tick) for c in mating._contacts),
+        tuple((entry.record, entry.in_doubt) for entry in mating._open),
+        tuple(sorted(mating._marks.prepared.items())),
+        tuple(sorted(mating._marks.mated.items())),
     )
 
 
 def disagreement(initiator: Node, responder: Node) -> Violation | None:
-    """Check two disks: whatever one has decided, the other has decided too or is prepared for."""
+    """Check two disks: what one has decided, the other has decided too or is prepared for."""
     me, peer = initiator.mating.me, responder.mating.me
     both = (*initiator.disk.records, *responder.disk.records)
     for encounter in {r.encounter for r in both}:
         if (encounter.initiator, encounter.responder) != (me, peer):
             continue
-        one, other = initiator.disk.find(encounter), responder.disk.find(encounter)
+        one, other = initiator.disk.record_of(encounter), responder.disk.record_of(encounter)
         states = (one.state if one else "", other.state if other else "")
         if (states[1] == "mated" or states[0] in ("decided", "mated")) and states not in (
             ("decided", "prepared"),
             ("decided", "mated"),
             ("mated", "mated"),
         ):
-            text = f"{named(encounter)} is '{states[0]}' at its initiator, '{states[1]}' at its responder"
+            text = f"{format_encounter(encounter)} is '{states[0]}' at its initiator, '{states[1]}' at its responder"
             return Violation("one-sided", text)
         if one and other and (one.own != other.partner or one.partner != other.own):
-            return Violation("wrong genes", f"{named(encounter)}: the disks differ")
+            return Violation("wrong genes", f"{format_encounter(encounter)}: the disks differ")
     return None
 
 
-def named(encounter: Encounter) -> str:
+def format_encounter(encounter: Encounter) -> str:
+    """Return an encounter as text, AB1.2 for the second proposal of A's first incarnation to B."""
     names = NAMES[encounter.initiator], NAMES[encounter.responder]
     return f"{names[0]}{names[1]}{encounter.incarnation}.{encounter.count}"
 
 
-def spell(message: MatingMessage) -> str:
-    name = f"{type(message).__name__} {named(message.encounter)}"
+def format_message(message: MatingMessage) -> str:
+    """Return a message as text."""
+    name = f"{type(message).__name__} {format_encounter(message.encounter)}"
     if isinstance(message, Propose | Accept):
         return f"{name} ({message.agent}, nonce {message.nonce})"
     return name
 
 
-def spell_effect(effect: Effect | Decide) -> str:
+def format_effect(effect: Effect | Decide) -> str:
+    """Return what an effect does as text."""
     match effect:
         case Write():
             return "writes " + " and ".join(
-                f"{named(r.encounter)} {r.state}" for r in effect.records
+                f"{format_encounter(r.encounter)} {r.state}" for r in effect.records
             )
         case Send():
-            return f"says {spell(effect.message)}"
+            return f"sends {format_message(effect.message)}"
         case OutcomeReport():
-            return f"notes {effect.outcome}"
+            return f"reports {effect.outcome}"
         case Decide():
-            return f"decides {named(effect.record.encounter)}"
+            return f"decides {format_encounter(effect.record.encounter)}"

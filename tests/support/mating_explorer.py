@@ -1,27 +1,27 @@
-"""Drives the real `Mating` of two or three robots through every order of events and looks for a broken promise.
+"""Drives the real state machines of two or three robots through every order of events and looks for a broken promise.
 
-One state of the exploration is: every robot (its `Mating`, its disk, what its body told it), every letter that was ever
-said, and how many faults have happened. A step is one of
+A state of the exploration is: every robot (its state machine, its disk, the contacts that its body reported), every
+envelope that was ever sent, and the number of faults so far. A step is one of
 
-    a robot hears any letter that was ever said to it      so loss, delay, reordering, duplication and replay of genuine
-                                                           letters have no bound: a lost letter is one never heard
-    a robot hears a forged letter                          with its sender's key, but not its signature
-    a body reports a contact                               to each side by itself, perhaps to one only
-    a robot reminds, gives up, or loses patience           at any time, any number of times
-    a robot is told that another is gone or back           at any time, rightly or not
-    a robot crashes and starts again (a new life)          between any two effects, up to a bound
-    a disk refuses a write                                 up to a bound
-    a body reports a contact that it reported before       up to a bound
+    a robot receives any envelope that was ever sent to it   so loss, delay, reordering, duplication and replay have no
+                                                             bound: a lost envelope is one that is never received
+    a robot receives a forged envelope                       with its sender's key, but not its signature
+    a body reports a contact                                 to each side separately, perhaps to one only
+    a robot retries, gives up, or waits for patience_s       at any time, any number of times
+    a robot sees another go offline or online                at any time, rightly or not
+    a robot crashes and restarts (a new incarnation)         between any two effects, up to a bound
+    a write fails                                            up to a bound
+    a body reports a contact that it reported before         up to a bound
 
-The search is breadth-first, so that a counterexample is a shortest one; it is told as steps in words. In every state,
-both disks must agree, and with no more faults, reminding each other must leave nothing open (`_settle`).
+The search is breadth-first, so that a counterexample is a shortest one; it is printed step by step. In every state,
+the disks must agree, and without more faults, retries must leave nothing open (`_settle`).
 
-What is abstracted. Times: every deadline is a step that may come at any moment, so an order of events that real
-deadlines forbid is explored too; a contact that expires is one whose partner is gone. A robot is down for no time: what
-is said to it meanwhile is heard later or never. A robot carries out the effects of one event without hearing another's
-steps in between; that changes nothing, for the others see only what is sent, and a crash may fall between any two
-effects. A write is all or nothing, as SQLite promises. Every decision to mate is counted, whether an offspring comes of
-it is the robot's own affair. Robots lie about nothing they sign.
+What is abstracted. Times: every timeout is a step that may happen at any moment, so orders of events that real
+timeouts forbid are explored too; a contact expires when its partner goes offline. A restart takes no time: what is sent
+meanwhile is received later or never. The effects of one event are carried out without a step of another robot in
+between; that changes nothing, since other robots see only what is sent, and a crash may happen between any two effects.
+A write is all or nothing, as SQLite guarantees. Every decision to mate is counted; whether it leads to an offspring is
+not explored. Robots sign no false statements.
 """
 
 import gc
@@ -31,31 +31,32 @@ from dataclasses import dataclass
 from typing import get_args
 
 from crcolony.protocol.encounters import EncounterRecord
+from tests.support.explored_envelopes import bits
 from tests.support.explored_robot import (
     NAMES,
     Bounds,
     Caller,
     Kind,
-    Outcome,
+    Step,
     Violation,
     disagreement,
-    named,
+    format_encounter,
 )
-from tests.support.explored_situations import Situations, bits
+from tests.support.explored_situations import Situations
 
 State = tuple[int, ...]
-"""The node of every robot, the letters ever said, then how many crashes, refusals and repeats there were."""
+"""The node of every robot, the envelopes ever sent, then the numbers of crashes, failed writes and repeats."""
 
 
 @dataclass(frozen=True)
 class Report:
-    """What an exploration found."""
+    """The result of an exploration."""
 
     states: int
     situations: int
-    """Of single robots, in which the real `Mating` was driven"""
+    """Situations of single robots in which the real state machine was driven"""
     matings: int
-    """States in which a mating is complete on both disks: proof that the exploration gets anywhere"""
+    """States in which a mating is complete on all disks: it shows that the exploration reaches its end"""
     violation: Violation | None = None
     steps: tuple[str, ...] = ()
 
@@ -73,7 +74,7 @@ def explore(bounds: Bounds, caller: Caller | None = None, only: Kind | None = No
 
 
 class Explorer:
-    """One exploration. What an event does to one robot is worked out once, by the real `Mating`, and remembered."""
+    """One exploration. The step of an event at one robot is computed once by the real state machine and cached."""
 
     def __init__(self, bounds: Bounds, caller: Caller, ignored: frozenset[Kind]) -> None:
         self._bounds, self._ignored = bounds, ignored
@@ -84,7 +85,7 @@ class Explorer:
 
     def run(self) -> Report:
         """Search breadth-first."""
-        gc.disable()  # it would visit every state again and again, and find no cycles
+        gc.disable()  # it would traverse all states many times, and there are no cycles
         try:
             return self._search()
         finally:
@@ -92,8 +93,14 @@ class Explorer:
 
     def _search(self) -> Report:
         robots, mates = self._bounds.robots, 0
-        first = (*self._robots.start(), self._robots.forged(), 0, 0, 0)
-        came_from: dict[State, tuple[State, Outcome] | None] = {first: None}
+        first = (
+            *self._robots.start(),
+            self._robots.envelopes.send_forged(self._bounds.contacts),
+            0,
+            0,
+            0,
+        )
+        came_from: dict[State, tuple[State, Step] | None] = {first: None}
         queue = deque([first])
         while queue:
             state = queue.popleft()
@@ -101,52 +108,52 @@ class Explorer:
             if violation is not None:
                 return self._report(came_from, state, violation, mates, self._settling)
             mates += self._is_mated(state[:robots])
-            for after, outcome in self._successors(state):
-                if outcome.violation is not None:
-                    return self._report(came_from, state, outcome.violation, mates, [outcome.words])
+            for after, step in self._successors(state):
+                if step.violation is not None:
+                    return self._report(came_from, state, step.violation, mates, [step.text])
                 if after not in came_from:
-                    came_from[after] = (state, outcome)
+                    came_from[after] = (state, step)
                     queue.append(after)
         return Report(len(came_from), len(self._robots.nodes), mates)
 
-    def _successors(self, state: State) -> list[tuple[State, Outcome]]:
+    def _successors(self, state: State) -> list[tuple[State, Step]]:
         robots, bounds = self._bounds.robots, self._bounds
-        said, crashes, refusals, repeats = state[robots:]
+        sent, crashes, failed_writes, repeats = state[robots:]
         found = []
         for robot in range(robots):
-            for outcome in self._robots.moves(state[robot], said & self._robots.to[robot]):
+            for step in self._robots.moves(state[robot], sent & self._robots.envelopes.to[robot]):
                 used = (
-                    crashes + outcome.crashes,
-                    refusals + outcome.refusals,
-                    repeats + outcome.repeats,
+                    crashes + step.crashes,
+                    failed_writes + step.failed_writes,
+                    repeats + step.repeats,
                 )
                 if (
                     used[0] > bounds.crashes
-                    or used[1] > bounds.refusals
+                    or used[1] > bounds.failed_writes
                     or used[2] > bounds.repeats
                 ):
                     continue
                 after = (
-                    *state[:robot], outcome.node, *state[robot + 1 : robots],
-                    said | outcome.said, *used,
+                    *state[:robot], step.node, *state[robot + 1 : robots],
+                    sent | step.sent, *used,
                 )  # fmt: skip
-                found.append((after, outcome))
+                found.append((after, step))
         return found
 
     def _report(
         self,
-        came_from: dict[State, tuple[State, Outcome] | None],
+        came_from: dict[State, tuple[State, Step] | None],
         last: State,
         violation: Violation,
         matings: int,
         then: Sequence[str],
     ) -> Report:
         steps = list(reversed(then))
-        step = came_from[last]
-        while step is not None:
-            state, outcome = step
-            steps.append(outcome.words)
-            step = came_from[state]
+        previous = came_from[last]
+        while previous is not None:
+            state, step = previous
+            steps.append(step.text)
+            previous = came_from[state]
         return Report(
             len(came_from), len(self._robots.nodes), matings, violation, tuple(reversed(steps))
         )
@@ -154,7 +161,7 @@ class Explorer:
     # What must hold between robots -------------------------------------------------------------------------------
 
     def _check(self, nodes: State) -> Violation | None:
-        """Check that all disks agree, and that they will once faults end."""
+        """Check that all disks agree, and that they do without more faults."""
         if nodes not in self._settled:
             self._settling = []
             self._settled[nodes] = self._disagreement(nodes) or self._settle(nodes)
@@ -172,43 +179,43 @@ class Explorer:
         return None
 
     def _settle(self, nodes: State) -> Violation | None:
-        """No more faults: robots remind each other and hear each other, in turn, until nothing is open."""
+        """Check that without more faults the robots' retries leave nothing open, and the same on all disks."""
         now = list(nodes)
-        for patience in range(6):
+        for rounds in range(6):
             for robot in range(len(now)):
                 for record in self._robots.nodes[now[robot]].mating.open:
-                    violation = self._exchange(now, robot, record, patience > 2)
+                    violation = self._deliver_retry(now, robot, record, rounds > 2)
                     if violation:
                         return violation
             if not any(self._robots.nodes[n].mating.open for n in now):
                 return self._one_sided(now)
         left = next(r for n in now for r in self._robots.nodes[n].mating.open)
-        text = f"{named(left.encounter)} stays {left.state} at its {left.role} without any fault"
+        text = f"{format_encounter(left.encounter)} stays {left.state} at its {left.role} without any fault"
         return None if "left open" in self._ignored else Violation("left open", text)
 
-    def _exchange(
+    def _deliver_retry(
         self, now: list[int], robot: int, record: EncounterRecord, is_time_up: bool
     ) -> Violation | None:
-        """One robot reminds of an encounter (or gives a proposal up), and all that is then said is heard."""
+        """Let a robot retry an encounter (or give up a proposal), and deliver all that is sent then."""
         mating = self._robots.nodes[now[robot]].mating
         if record.encounter not in (r.encounter for r in mating.open):
             return None
         gives_up = is_time_up and record.state == "proposed"
-        verb, label = ("gives", " up") if gives_up else ("reminds of", "")
-        words = f"{NAMES[mating.me]} {verb} {named(record.encounter)}{label}"
-        outcome = next(o for o in self._robots.spontaneous(now[robot]) if o.words == words)
-        to_hear: deque[int] = deque()
+        verb = "gives up" if gives_up else "retries"
+        text = f"{NAMES[mating.me]} {verb} {format_encounter(record.encounter)}"
+        step = next(o for o in self._robots.spontaneous(now[robot]) if o.text == text)
+        to_deliver: deque[int] = deque()
         while True:
-            self._settling.append(f"without more faults, {outcome.words}")
-            if outcome.violation:
-                return outcome.violation
-            now[robot] = outcome.node
-            to_hear.extend(bits(outcome.said))
-            if not to_hear:
+            self._settling.append(f"without more faults, {step.text}")
+            if step.violation:
+                return step.violation
+            now[robot] = step.node
+            to_deliver.extend(bits(step.sent))
+            if not to_deliver:
                 return None
-            envelope = to_hear.popleft()
+            envelope = to_deliver.popleft()
             robot = self._robots.envelopes[envelope].to
-            outcome = self._robots.on_event(now[robot], envelope)[0]
+            step = self._robots.receive(now[robot], envelope)[0]
 
     def _one_sided(self, now: list[int]) -> Violation | None:
         for number in now:
@@ -221,7 +228,9 @@ class Explorer:
                 )
                 states = {record.state, peer.disk.state_of(record.encounter)}
                 if "mated" in states and len(states) > 1 and "one-sided" not in self._ignored:
-                    return Violation("one-sided", f"{named(record.encounter)} ends as {states}")
+                    return Violation(
+                        "one-sided", f"{format_encounter(record.encounter)} ends as {states}"
+                    )
         return None
 
     def _is_mated(self, nodes: State) -> bool:

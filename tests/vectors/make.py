@@ -1,6 +1,6 @@
 """Makes the golden vectors: one file for every kind of message, the same bytes on every run.
 
-python -m tests.vectors.make     writes them beside this file; only a new protocol version may change one
+`python -m tests.vectors.make` writes them beside this file. Only a new protocol version may change one.
 """
 
 from pathlib import Path
@@ -60,25 +60,25 @@ INITIATOR, RESPONDER = sorted((seeded(COLONY, 1, k) for k in range(2)), key=lamb
 ENCOUNTER = Encounter(INITIATOR.id, RESPONDER.id, incarnation=3, count=300)
 NONCE = 0x1234_5678_9ABC
 SCHEMA = bytes(range(16))
-INITIATORS_GENES = np.array([0.0, 1.5, -2.25, 1.0 / 3.0, 5e-324])
-RESPONDERS_GENES = np.array([-0.0, 0.999, 1e300, -1e-9, 2.0])
+INITIATOR_GENES = np.array([0.0, 1.5, -2.25, 1.0 / 3.0, 5e-324])
+RESPONDER_GENES = np.array([-0.0, 0.999, 1e300, -1e-9, 2.0])
 
-LETTERS: dict[str, MatingMessage] = {
-    "propose": Propose(ENCOUNTER, NONCE, SCHEMA, "agent-17", pack_genes(INITIATORS_GENES)),
-    "accept": Accept(ENCOUNTER, NONCE, SCHEMA, "Ähnlich 3", pack_genes(RESPONDERS_GENES)),
+MATING_MESSAGES: dict[str, MatingMessage] = {
+    "propose": Propose(ENCOUNTER, NONCE, SCHEMA, "agent-17", pack_genes(INITIATOR_GENES)),
+    "accept": Accept(ENCOUNTER, NONCE, SCHEMA, "Ähnlich 3", pack_genes(RESPONDER_GENES)),
     "refuse": Refuse(ENCOUNTER, "busy"),
     "commit": Commit(ENCOUNTER),
     "abort": Abort(ENCOUNTER),
     "done": Done(ENCOUNTER),
 }
-"""What is in each sealed letter."""
+"""The content of each signed envelope."""
 
 BODIES: dict[str, Message] = {
     "join": Join(INITIATOR.id, COLONY, -1),
     "body_granted": BodyGranted(
         slot=2, arena_run=2**61, tick=70_000, period_s=0.2, lockstep=False, body='{"camera_m":1.5}'
     ),
-    "body_denied": BodyDenied("every place is taken"),
+    "body_denied": BodyDenied("every slot is taken"),
     "leave": Leave(INITIATOR.id),
     "observation": Observation(
         arena_run=2**61,
@@ -91,8 +91,7 @@ BODIES: dict[str, Message] = {
     ),
     "action": Action(70_000, pack_row(np.arange(ACTION_WIDTH) / 32.0)),
 }
-"""What robots and bodies say to each other; no letter is around it."""
-
+"""Messages between a robot and its body."""
 
 AGENT, OTHER = f"{INITIATOR.id.hex()}/17", f"{RESPONDER.id.hex()}/3"
 
@@ -100,13 +99,13 @@ EVENTS: dict[str, RobotEvent] = {
     "met": Met(70_000, RESPONDER.id, AGENT),
     "encounter_outcome": EncounterOutcome(70_001, "refused", RESPONDER.id, ENCOUNTER, "busy"),
     "exchanged": Exchanged(70_000, ENCOUNTER, AGENT, OTHER, 0.75, True, False),
-    "born": Born(0, 2, 0, AGENT, "00ff", pack_genes(INITIATORS_GENES), None, OTHER),
+    "born": Born(0, 2, 0, AGENT, "00ff", pack_genes(INITIATOR_GENES), None, OTHER),
     "died": Died(9, 2, AGENT),
     "lived": Lived(9, 2, 0, AGENT, 1200, 0.5, 3, 1),
     "turned_over": TurnedOver(9, 2, 1, 7),
     "fault": Fault(9, "the arena is gone"),
 }
-"""What a robot tells, each numbered and in an `event` message of its own."""
+"""The events of a robot; each travels in an `event` message."""
 
 EVENT_MESSAGES = {
     f"event_{name}": EventMessage(INITIATOR.id, 3, seq, 1_790_000_000_000, event)
@@ -157,23 +156,22 @@ TELEMETRY: dict[str, Message] = {
         packs=[ScenePack(-1.0, 0.5, 0.0, 1.0, 0.0, 0.4)],
     ),
 }
-"""What observers hear."""
+"""Messages to observers, and their queries."""
 
 
 def make() -> dict[str, bytes]:
     """Return the bytes of every vector by the name of its file."""
     vectors = {}
-    for name, envelope in LETTERS.items():
-        is_initiators = isinstance(envelope, BY_INITIATOR)
-        sender = INITIATOR if is_initiators else RESPONDER
-        vectors[f"{name}.msgpack"] = sign_message(envelope, COLONY, sender)
+    for name, content in MATING_MESSAGES.items():
+        sender = INITIATOR if isinstance(content, BY_INITIATOR) else RESPONDER
+        vectors[f"{name}.msgpack"] = sign_message(content, COLONY, sender)
     for name, message in {**BODIES, **TELEMETRY}.items():
         vectors[f"{name}.msgpack"] = encode(message)
     return vectors
 
 
 def plain(value: Any) -> Any:
-    """Return a message as lists and plain values, for comparison with another library's."""
+    """Return a message as lists and plain values, as a MessagePack library reads it."""
     if isinstance(value, msgspec.Struct):
         tag = value.__struct_config__.tag
         fields = [plain(getattr(value, name)) for name in value.__struct_fields__]

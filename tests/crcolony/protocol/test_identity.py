@@ -1,4 +1,4 @@
-"""A robot's key: where it is kept, what it signs, and whom a robot mates with."""
+"""A robot's key: its file, its signatures, and the list of robots with which it mates."""
 
 import hashlib
 import stat
@@ -46,11 +46,11 @@ RFC_8032 = {
 
 
 class TestSignatures:
-    """Ed25519, as everyone else computes it."""
+    """Signatures are those of RFC 8032."""
 
     @pytest.mark.parametrize("name", RFC_8032)
     def test_vectors_of_the_rfc(self, name: str) -> None:
-        """The same keys and signatures as RFC 8032 prints."""
+        """Keys and signatures are those that RFC 8032 prints."""
         seed, public_key, content, signature = map(bytes.fromhex, RFC_8032[name])
         identity = Identity(seed)
         assert identity.public_key == public_key
@@ -58,7 +58,7 @@ class TestSignatures:
         assert is_signed(content, signature, public_key)
 
     def test_only_the_signed_content_is_signed(self) -> None:
-        """Not another, not by another key, not by half a signature, and no input raises."""
+        """Other content, other keys and incomplete signatures are refused, and no input raises an error."""
         identity, other = seeded("colony", 0, 0), seeded("colony", 0, 1)
         signature = identity.sign(b"yes")
         assert is_signed(b"yes", signature, identity.public_key)
@@ -71,7 +71,7 @@ class TestSignatures:
         assert not is_signed(b"yes", bytes(64), bytes(32))
 
     def test_a_signature_cannot_be_varied(self) -> None:
-        """The other number that would fit (S plus the order of the group) is refused, as RFC 8032 demands."""
+        """S plus the order of the group would fit, too, and is refused, as RFC 8032 demands."""
         identity = seeded("colony", 0, 0)
         signature = identity.sign(b"yes")
         order = 2**252 + 27742317777372353535851937790883648493
@@ -84,7 +84,7 @@ class TestIds:
     """An id is a hash of the public key."""
 
     def test_it_is_16_bytes_of_blake2b(self) -> None:
-        """As PROTOCOL.md says, so that anyone can compute it."""
+        """It is computed as PROTOCOL.md specifies."""
         identity = seeded("colony", 0, 0)
         expected = hashlib.blake2b(
             identity.public_key, digest_size=16, person=b"crcolony robot"
@@ -93,13 +93,13 @@ class TestIds:
         assert len(identity.id) == ID_BYTES
 
     def test_a_seed_of_another_length_is_refused(self) -> None:
-        """Before the library sees it."""
+        """It is refused before the library receives it."""
         for length in (0, 31, 33, 64):
             with pytest.raises(ValueError, match=f"has 32 bytes, not {length}"):
                 Identity(bytes(length))
 
     def test_seeded_keys_are_repeatable_and_different(self) -> None:
-        """The same for the same colony, seed and number; another if any of them differs."""
+        """Colony, seed and number determine the key."""
         keys = [
             seeded(colony, seed, number)
             for colony in ("one", "two")
@@ -121,10 +121,10 @@ class TestIds:
 
 
 class TestKeyFiles:
-    """A secret key is in a file of its own, for its owner only."""
+    """A secret key is in a file that only its owner may read."""
 
     def test_a_new_key_is_read_as_it_was_written(self, tmp_path: Path) -> None:
-        """In a folder that is made for it, with permissions 0600."""
+        """Its folder is created, and its permissions are 0600."""
         path = tmp_path / "deep" / "down" / "robot.key"
         identity = create_key(path)
         assert stat.S_IMODE(path.stat().st_mode) == 0o600
@@ -136,7 +136,7 @@ class TestKeyFiles:
         assert create_key(tmp_path / "a").id != create_key(tmp_path / "b").id
 
     def test_a_key_is_never_overwritten(self, tmp_path: Path) -> None:
-        """Its robot would be lost to the colony."""
+        """The robot's identity would be lost."""
         path = tmp_path / "robot.key"
         identity = create_key(path)
         with pytest.raises(IdentityError, match=r"robot\.key: exists already"):
@@ -146,25 +146,25 @@ class TestKeyFiles:
         assert load_key(path).id == identity.id
 
     def test_a_folder_that_is_a_file_is_named(self, tmp_path: Path) -> None:
-        """One line says where and why it cannot be written."""
+        """The error names the file and the reason."""
         (tmp_path / "file").touch()
         with pytest.raises(IdentityError, match=r"robot\.key: cannot be written"):
             create_key(tmp_path / "file" / "robot.key")
 
     def test_a_key_that_cannot_be_written_is_named(self, tmp_path: Path) -> None:
-        """With the reason."""
+        """The error names the reason, too."""
         (tmp_path / "file").touch()
         with pytest.raises(IdentityError, match=r"robot\.key: cannot be written: Not a directory"):
             create_key(tmp_path / "file" / "deeper" / "robot.key")
 
     def test_a_missing_key_is_named(self, tmp_path: Path) -> None:
-        """With the reason."""
+        """The error names the reason, too."""
         with pytest.raises(IdentityError, match=r"robot\.key: cannot be read: No such file"):
             load_key(tmp_path / "robot.key")
 
     @pytest.mark.parametrize("mode", [0o640, 0o604, 0o620, 0o644, 0o660])
     def test_a_key_that_others_may_read_is_refused(self, tmp_path: Path, mode: int) -> None:
-        """Or write: with the command that mends it."""
+        """So is one that others may write; the error contains the command that repairs it."""
         path = tmp_path / "robot.key"
         create_key(path)
         path.chmod(mode)
@@ -177,7 +177,7 @@ class TestKeyFiles:
         ids=["empty", "blank", "short", "long", "not hex", "not text", "raw bytes", "huge"],
     )
     def test_a_malformed_key_is_refused(self, tmp_path: Path, content: bytes) -> None:
-        """It says what was expected, and never what it found."""
+        """The error says what was expected, and never what was found."""
         path = tmp_path / "robot.key"
         path.write_bytes(content)
         path.chmod(0o600)
@@ -185,7 +185,7 @@ class TestKeyFiles:
             load_key(path)
 
     def test_its_secret_is_in_no_message(self, tmp_path: Path) -> None:
-        """A half-good key must not end up in a log."""
+        """Part of a key must not appear in a log."""
         path = tmp_path / "robot.key"
         path.write_text("5ec2e7" * 10)
         path.chmod(0o600)
@@ -196,14 +196,14 @@ class TestKeyFiles:
 
 
 class TestAllowList:
-    """Whom a robot mates with."""
+    """The robots with which a robot mates."""
 
     def test_without_a_list_everyone_is_allowed(self) -> None:
-        """Permissive."""
+        """This is the setting `permissive`."""
         assert bytes(16) in AllowList()
 
     def test_with_a_list_only_the_listed_are(self, tmp_path: Path) -> None:
-        """Enforced; comments, blank lines and capitals do not matter."""
+        """This is the setting `enforce`; comments, blank lines and capitals do not matter."""
         one, two, three = (seeded("colony", 0, k).id for k in range(3))
         path = tmp_path / "friends.txt"
         path.write_text(f"# friends\n\n{one.hex()}  # the first\n\t{two.hex().upper()}\n")
@@ -212,24 +212,24 @@ class TestAllowList:
         assert two in friends
         assert three not in friends
 
-    def test_an_empty_list_allows_nobody(self, tmp_path: Path) -> None:
-        """It is not the same as no list."""
+    def test_an_empty_list_allows_no_robot(self, tmp_path: Path) -> None:
+        """It differs from no list."""
         path = tmp_path / "friends.txt"
-        path.write_text("# nobody yet\n")
+        path.write_text("# no robot yet\n")
         assert bytes(16) not in AllowList.load(path)
 
     @pytest.mark.parametrize(
         "line", ["00" * 15, "00" * 17, "zz" * 16, "everyone", "00" * 16 + " " + "00" * 16, "-"]
     )
     def test_an_error_names_file_and_line(self, tmp_path: Path, line: str) -> None:
-        """So that it can be mended in an editor."""
+        """The line can be found in an editor."""
         path = tmp_path / "friends.txt"
         path.write_text(f"# one\n{'00' * 16}\n{line}\n")
         with pytest.raises(IdentityError, match=r"friends\.txt: line 3: not a robot id of 32 hex"):
             AllowList.load(path)
 
     def test_a_list_that_cannot_be_read_is_named(self, tmp_path: Path) -> None:
-        """Missing, or no text."""
+        """The file is missing, or not text."""
         path = tmp_path / "friends.txt"
         with pytest.raises(IdentityError, match=r"friends\.txt: cannot be read"):
             AllowList.load(path)

@@ -1,4 +1,4 @@
-"""Keys are written by anybody: what is read out of them is right, or nothing."""
+"""Any peer can declare any key: what is parsed from one is well-formed, or None."""
 
 import pytest
 
@@ -10,14 +10,14 @@ ROBOT = bytes(range(16))
 ALIVE = f"crcolony/{VERSION}/colony/ours/alive"
 
 
-def test_the_token_of_a_robot_says_who_it_is() -> None:
-    """Written and read, it is the same."""
+def test_the_token_of_a_robot_is_parsed_as_it_was_made() -> None:
+    """It contains colony, robot, incarnation and session."""
     token = key_expressions.parse_robot_token(ColonyKeys("ours").alive(ROBOT, 7, "a1b2"))
     assert token == RobotToken("ours", ROBOT, 7, "a1b2")
 
 
-def test_the_token_of_an_arena_says_which_run_of_it_it_is() -> None:
-    """Written and read, it is the same."""
+def test_the_token_of_an_arena_is_parsed_as_it_was_made() -> None:
+    """It contains arena, arena run and session."""
     token = key_expressions.parse_arena_token(ArenaKeys("here").alive(2**61, "a1b2"))
     assert token == ArenaToken("here", 2**61, "a1b2")
 
@@ -41,14 +41,14 @@ def test_the_token_of_an_arena_says_which_run_of_it_it_is() -> None:
     ],
     ids=lambda key: key[-40:],
 )
-def test_a_token_that_is_none_says_nothing(key: str) -> None:
-    """Numbers too large, too long, or of another script; no robot; parts that are missing."""
+def test_other_keys_are_no_tokens(key: str) -> None:
+    """Numbers are too large, too long, or of another script; robots are no ids; parts are missing."""
     assert key_expressions.parse_robot_token(key) is None
     assert key_expressions.parse_arena_token(key) is None
 
 
-def test_who_speaks_another_version_is_known_as_a_stranger() -> None:
-    """And who speaks ours, or what is no version, is none."""
+def test_a_token_of_another_version_is_that_of_an_incompatible_peer() -> None:
+    """A token of this version is not, nor is one without a version."""
 
     def alive(version: str) -> str:
         return f"crcolony/{version}/colony/ours/alive/{ROBOT.hex()}/1/session"

@@ -1,8 +1,8 @@
-"""Both mate or neither does, at most once, whatever happens: every order of events within bounds is visited.
+"""Both mate or neither does, at most once, in every order of events within bounds.
 
-`explorer.py` says what may happen and what is abstracted. A robot is never told a time here; `test_mating.py` shows
-deadlines. The second half of this file breaks the protocol or its caller on purpose, one line each, and shows that the
-explorer notices: a search that never finds anything proves nothing.
+`mating_explorer.py` says what may happen and what is abstracted; timers are tested in `test_open_encounters.py`. The
+second half of this file sabotages the protocol or its caller, one line each, and shows that the explorer finds it: a
+search that never finds anything proves nothing.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ import pytest
 from crcolony.protocol.encounters import Effect, EncounterRecord, Offer, Send, Write
 from crcolony.protocol.envelope import SignedEnvelope
 from crcolony.protocol.identity import RobotId
-from crcolony.protocol.mating import MatingStateMachine, _Open
+from crcolony.protocol.mating import MatingStateMachine
 from crcolony.protocol.mating_messages import (
     Abort,
     Accept,
@@ -25,6 +25,7 @@ from crcolony.protocol.mating_messages import (
     Propose,
     Refuse,
 )
+from crcolony.protocol.open_encounters import OpenEncounter
 from tests.support.explored_robot import LIMITS, NOW_S, SCHEMA, Bounds, Caller, Decide, Disk, Kind
 from tests.support.mating_explorer import Report, explore
 
@@ -45,82 +46,82 @@ def assert_kept(bounds: Bounds, least: int) -> None:
 def assert_caught(kind: Kind, caller: Caller, bounds: Bounds = ONCE) -> Report:
     """Assert that the explorer finds this way of breaking this promise, and return its counterexample."""
     report = explore(bounds, caller, only=kind)
-    assert report.violation is not None, f"not noticed: {report}"
+    assert report.violation is not None, f"not found: {report}"
     assert report.violation.kind == kind, str(report)
     return report
 
 
 class TestPromises:
-    """Whatever is lost, said twice, overtaken, replayed or forged: that has no bound in any of these."""
+    """Loss, duplication, delay, reordering, replay and forgery have no bound in any of these."""
 
     def test_one_contact_two_crashes_a_full_disk_and_a_contact_reported_twice(self) -> None:
         """All faults at once, for two robots that meet once."""
-        assert_kept(Bounds((PAIR,), crashes=2, refusals=1, repeats=1), least=30_000)
+        assert_kept(Bounds((PAIR,), crashes=2, failed_writes=1, repeats=1), least=30_000)
 
     def test_two_contacts_and_two_crashes(self) -> None:
-        """One pair meets twice, so that a second mating begins while the first is unresolved."""
+        """One pair meets twice, so that a second encounter begins while the first is unresolved."""
         assert_kept(Bounds((PAIR, PAIR), crashes=2), least=90_000)
 
     def test_two_contacts_a_crash_and_a_full_disk(self) -> None:
-        """One pair meets twice, and one of them cannot write, once, and crashes."""
-        assert_kept(Bounds((PAIR, PAIR), crashes=1, refusals=1), least=60_000)
+        """One pair meets twice, and one of them fails to write, once, and crashes."""
+        assert_kept(Bounds((PAIR, PAIR), crashes=1, failed_writes=1), least=55_000)
 
     @pytest.mark.parametrize(
         "contacts", [(PAIR, (0, 2)), (PAIR, (1, 2)), ((0, 2), (1, 2))], ids=["A", "B", "C"]
     )
     def test_three_robots_and_a_crash(self, contacts: tuple[tuple[int, int], ...]) -> None:
-        """Two pairs with one robot in common, so that it is busy with one while the other calls."""
+        """Two pairs have one robot in common, so that it is busy with one while the other proposes."""
         assert_kept(Bounds(contacts, robots=3, crashes=1), least=40_000)
 
     def test_three_robots_and_a_full_disk(self) -> None:
-        """The robot in common cannot write, once, while both others wait for it."""
-        assert_kept(Bounds((PAIR, (1, 2)), robots=3, refusals=1), least=20_000)
+        """The robot in common fails to write, once, while both others wait for it."""
+        assert_kept(Bounds((PAIR, (1, 2)), robots=3, failed_writes=1), least=20_000)
 
-    def test_a_counterexample_reads_as_a_story(self) -> None:
-        """The shortest way to break a promise is told step by step, as who does what."""
-        report = assert_caught("said too early", SaysAcceptFirst())
+    def test_a_counterexample_is_printed_step_by_step(self) -> None:
+        """The shortest way to break a promise is a list of steps of robots."""
+        report = assert_caught("sent too early", SendsAcceptFirst())
         assert report.steps[:2] == ("A meets B (nonce 1)", "B meets A (nonce 1)")
-        assert report.steps[-1].endswith("B hears Propose AB1.1 (A1, nonce 1)")
-        assert str(report).startswith("after 4 steps, said too early: Accept AB1.1")
+        assert report.steps[-1].endswith("B receives Propose AB1.1 (A1, nonce 1)")
+        assert str(report).startswith("after 4 steps, sent too early: Accept AB1.1")
 
 
 # Sabotaged callers -----------------------------------------------------------------------------------------------
 
 
-class SaysFirst(Caller):
-    """Says something before what must be on disk for it."""
+class SendsFirst(Caller):
+    """Sends a message before the write on which it depends."""
 
-    what: type[MatingMessage]
+    kind: type[MatingMessage]
 
     def in_order(self, effects: Sequence[Effect]) -> Sequence[Effect | Decide]:
         return sorted(
-            effects, key=lambda e: not (isinstance(e, Send) and isinstance(e.message, self.what))
+            effects, key=lambda e: not (isinstance(e, Send) and isinstance(e.message, self.kind))
         )
 
 
-class SaysAcceptFirst(SaysFirst):
-    what = Accept
+class SendsAcceptFirst(SendsFirst):
+    kind = Accept
 
 
-class SaysCommitFirst(SaysFirst):
-    what = Commit
+class SendsCommitFirst(SendsFirst):
+    kind = Commit
 
 
-class SaysDoneFirst(SaysFirst):
-    what = Done
+class SendsDoneFirst(SendsFirst):
+    kind = Done
 
 
 class KeepsMarksInMemory(Caller):
-    def restored(self, me: RobotId, disk: Disk) -> MatingStateMachine:
+    def restore(self, me: RobotId, disk: Disk) -> MatingStateMachine:
         mating = self.mating(me, disk.incarnation, SCHEMA, LIMITS)
         mating.restore(NOW_S, filter(self.is_open, disk.records), {})
         return mating
 
 
-class KeepsLifeInMemory(Caller):
+class KeepsIncarnationInMemory(Caller):
     def start(self, me: RobotId, disk: Disk) -> tuple[Disk, MatingStateMachine]:
         disk = replace(disk, incarnation=1)
-        return disk, self.restored(me, disk)
+        return disk, self.restore(me, disk)
 
 
 class SkipsSignature(Caller):
@@ -138,8 +139,8 @@ class ForgetsPrepared(Caller):
         return record.state == "decided"
 
 
-class DoesNotUndo(Caller):
-    def refused(self, mating: MatingStateMachine, write: Write) -> list[Effect]:
+class DoesNotRollBack(Caller):
+    def handle_failed_write(self, mating: MatingStateMachine, write: Write) -> list[Effect]:
         return []
 
 
@@ -158,50 +159,50 @@ class DecidesApart(Caller):
 
 
 class TestSabotagedCaller:
-    """One line wrong around the state machine."""
+    """One line of the caller is wrong."""
 
     def test_accept_before_it_is_prepared_on_disk(self) -> None:
-        """Noticed at once; and if nobody looked, a crash between the two would make the mating one-sided."""
-        assert_caught("said too early", SaysAcceptFirst())
-        assert_caught("one-sided", SaysAcceptFirst())
+        """It is found at once; undetected, a crash between the two would make the mating one-sided."""
+        assert_caught("sent too early", SendsAcceptFirst())
+        assert_caught("one-sided", SendsAcceptFirst())
 
     def test_commit_before_it_is_decided_on_disk(self) -> None:
-        """Noticed at once; and if nobody looked, a crash between the two would make the mating one-sided."""
-        assert_caught("said too early", SaysCommitFirst())
-        assert_caught("one-sided", SaysCommitFirst())
+        """It is found at once; undetected, a crash between the two would make the mating one-sided."""
+        assert_caught("sent too early", SendsCommitFirst())
+        assert_caught("one-sided", SendsCommitFirst())
 
     def test_done_before_it_is_mated_on_disk(self) -> None:
-        """Noticed at once; and if nobody looked, a crash between the two would make the mating one-sided."""
-        assert_caught("said too early", SaysDoneFirst())
-        assert_caught("one-sided", SaysDoneFirst())
+        """It is found at once; undetected, a crash between the two would make the mating one-sided."""
+        assert_caught("sent too early", SendsDoneFirst())
+        assert_caught("one-sided", SendsDoneFirst())
 
     def test_marks_kept_in_memory_only(self) -> None:
         """After a crash an old Propose and its Commit, replayed at a contact reported again, mate a second time."""
         bounds = Bounds((PAIR,), crashes=1, repeats=1)
         assert_caught("decided twice", KeepsMarksInMemory(), bounds)
 
-    def test_life_kept_in_memory_only(self) -> None:
-        """A number used again lets the Abort of an old encounter end a new one."""
+    def test_incarnation_kept_in_memory_only(self) -> None:
+        """A number that is used again lets the Abort of an old encounter end a new one."""
         bounds = replace(TWICE, crashes=1)
-        assert_caught("one-sided", KeepsLifeInMemory(), bounds)
+        assert_caught("one-sided", KeepsIncarnationInMemory(), bounds)
 
     def test_signatures_skipped(self) -> None:
-        """A forged letter is believed."""
+        """A robot acts on a forged envelope."""
         assert_caught("forged", SkipsSignature())
 
     def test_decided_encounters_not_restored_after_a_crash(self) -> None:
-        """The initiator denies what it has decided."""
+        """The initiator aborts what it has decided."""
         assert_caught("one-sided", ForgetsDecided())
 
     def test_prepared_encounters_not_restored_after_a_crash(self) -> None:
-        """The responder no longer listens to the decision it is prepared for."""
+        """The responder ignores the decision for which it is prepared."""
         assert_caught("left open", ForgetsPrepared())
 
-    def test_a_refused_write_not_undone(self) -> None:
-        """Memory runs ahead of the disk, and what it says is on no disk."""
-        bounds = Bounds((PAIR,), refusals=1)
-        assert_caught("said too early", DoesNotUndo(), bounds)
-        assert_caught("one-sided", DoesNotUndo(), bounds)
+    def test_a_failed_write_not_rolled_back(self) -> None:
+        """The state in memory is ahead of the disk, and messages are sent that depend on no record."""
+        bounds = Bounds((PAIR,), failed_writes=1)
+        assert_caught("sent too early", DoesNotRollBack(), bounds)
+        assert_caught("one-sided", DoesNotRollBack(), bounds)
 
     def test_offspring_decided_in_a_transaction_of_its_own(self) -> None:
         """A crash between the two loses the decision for good."""
@@ -213,51 +214,51 @@ class TestSabotagedCaller:
 
 class IgnoresMarks(MatingStateMachine):
     def _on_propose(self, now_s: float, message: Propose, envelope: bytes) -> list[Effect]:
-        self._marks.clear()
+        self._marks.prepared.clear()
         return super()._on_propose(now_s, message, envelope)
 
 
 class GuessesCommit(MatingStateMachine):
     def give_up(self, now_s: float, encounter: Encounter) -> list[Effect]:
-        waiting = self._open[encounter]
-        if waiting.record.state == "prepared":
-            return self._on_commit(encounter, waiting)
+        entry = self._open[encounter]
+        if entry.record.state == "prepared":
+            return self._on_commit(encounter, entry)
         return super().give_up(now_s, encounter)
 
 
 class GuessesAbort(MatingStateMachine):
     def give_up(self, now_s: float, encounter: Encounter) -> list[Effect]:
-        waiting = self._open[encounter]
-        if waiting.record.state == "prepared":
-            return self._close(waiting, "aborted")
+        entry = self._open[encounter]
+        if entry.record.state == "prepared":
+            return self._close(entry, "aborted", "aborted")
         return super().give_up(now_s, encounter)
 
 
 class GivesUpDecided(MatingStateMachine):
     def give_up(self, now_s: float, encounter: Encounter) -> list[Effect]:
-        waiting = self._open[encounter]
-        if waiting.record.state == "decided":
+        entry = self._open[encounter]
+        if entry.record.state == "decided":
             abort = Send(encounter.responder, Abort(encounter))
-            return [*self._close(waiting, "aborted"), abort]
+            return [*self._close(entry, "aborted", "aborted"), abort]
         return super().give_up(now_s, encounter)
 
 
 class PresumesCommit(MatingStateMachine):
     def _on_accept(
-        self, now_s: float, message: Accept, envelope: bytes, waiting: _Open | None
+        self, now_s: float, message: Accept, envelope: bytes, entry: OpenEncounter | None
     ) -> list[Effect]:
-        if waiting is None:
+        if entry is None:
             return [Send(message.encounter.responder, Commit(message.encounter))]
-        return super()._on_accept(now_s, message, envelope, waiting)
+        return super()._on_accept(now_s, message, envelope, entry)
 
 
 class PresumesNothing(MatingStateMachine):
     def _on_accept(
-        self, now_s: float, message: Accept, envelope: bytes, waiting: _Open | None
+        self, now_s: float, message: Accept, envelope: bytes, entry: OpenEncounter | None
     ) -> list[Effect]:
-        if waiting is None:
+        if entry is None:
             return []
-        return super()._on_accept(now_s, message, envelope, waiting)
+        return super()._on_accept(now_s, message, envelope, entry)
 
 
 class IgnoresNonce(MatingStateMachine):
@@ -267,25 +268,25 @@ class IgnoresNonce(MatingStateMachine):
         return super().expects(message)
 
     def _on_accept(
-        self, now_s: float, message: Accept, envelope: bytes, waiting: _Open | None
+        self, now_s: float, message: Accept, envelope: bytes, entry: OpenEncounter | None
     ) -> list[Effect]:
-        nonce = waiting.record.nonce if waiting else message.nonce
+        nonce = entry.record.nonce if entry else message.nonce
         message = msgspec.structs.replace(message, nonce=nonce)
-        return super()._on_accept(now_s, message, envelope, waiting)
+        return super()._on_accept(now_s, message, envelope, entry)
 
 
 class ForgetsUnacknowledged(MatingStateMachine):
-    """Proposes anew to a robot that has not acknowledged the last mating; that robot then aborts the older."""
+    """Proposes to a robot that has not acknowledged the last mating; that robot then aborts the older one."""
 
-    def _has_open(self, peer: RobotId) -> bool:
-        return self._proposal_to(peer) is not None
+    def _may_propose(self, peer: RobotId) -> bool:
+        return not self.is_engaged and self._open.record_of(peer, "proposed") is None
 
 
-class BelievesLateRefusal(MatingStateMachine):
+class AppliesLateRefusal(MatingStateMachine):
     def handle_message(self, now_s: float, message: MatingMessage, envelope: bytes) -> list[Effect]:
-        waiting = self._open.get(message.encounter)
-        if isinstance(message, Refuse) and waiting and waiting.record.state == "decided":
-            return self._close(waiting, "aborted")
+        entry = self._open.get(message.encounter)
+        if isinstance(message, Refuse) and entry and entry.record.state == "decided":
+            return self._close(entry, "aborted", "aborted")
         return super().handle_message(now_s, message, envelope)
 
 
@@ -294,8 +295,8 @@ class IgnoresAbort(MatingStateMachine):
         return not isinstance(message, Abort) and super().expects(message)
 
 
-class OffersWhoeverIsInControl(MatingStateMachine):
-    """As a responder, answers for the agent of another contact than the one the proposal belongs to."""
+class OffersAgentOfOlderContact(MatingStateMachine):
+    """Offers the agent of an older contact than the one whose nonce is quoted."""
 
     def handle_contact(
         self, now_s: float, peer: RobotId, nonce: int, own: Offer, tick: int
@@ -304,59 +305,59 @@ class OffersWhoeverIsInControl(MatingStateMachine):
         return super().handle_contact(now_s, peer, nonce, older.own if older else own, tick)
 
 
-def made_of(mating: type[MatingStateMachine]) -> Caller:
-    """Return a flawless caller of a sabotaged state machine."""
+def calling(mating: type[MatingStateMachine]) -> Caller:
+    """Return a correct caller of a sabotaged state machine."""
     caller = Caller()
     caller.mating = mating
     return caller
 
 
 class TestSabotagedMating:
-    """One row of the table wrong."""
+    """One row or rule of the state machine is wrong."""
 
     def test_marks_ignored(self) -> None:
         """A Propose of an encounter that is over, replayed at a contact reported again, mates a second time."""
         bounds = Bounds((PAIR,), repeats=1)
-        assert_caught("decided twice", made_of(IgnoresMarks), bounds)
+        assert_caught("decided twice", calling(IgnoresMarks), bounds)
 
     def test_in_doubt_commit_guessed(self) -> None:
-        """The initiator may have given up long ago."""
-        assert_caught("one-sided", made_of(GuessesCommit))
+        """The initiator may have given up before."""
+        assert_caught("one-sided", calling(GuessesCommit))
 
     def test_in_doubt_abort_guessed(self) -> None:
-        """The initiator may have decided, and its Commit be under way."""
-        assert_caught("one-sided", made_of(GuessesAbort))
+        """The initiator may have decided, and its Commit may still arrive."""
+        assert_caught("one-sided", calling(GuessesAbort))
 
     def test_a_decided_encounter_given_up(self) -> None:
-        """A Commit that was said cannot be taken back."""
-        assert_caught("one-sided", made_of(GivesUpDecided))
+        """A Commit that was sent cannot be revoked."""
+        assert_caught("one-sided", calling(GivesUpDecided))
 
     def test_accept_of_an_unknown_encounter_answered_with_commit(self) -> None:
-        """What is on no disk was never decided."""
-        assert_caught("said too early", made_of(PresumesCommit))
-        assert_caught("one-sided", made_of(PresumesCommit))
+        """An encounter without a record was never decided."""
+        assert_caught("sent too early", calling(PresumesCommit))
+        assert_caught("one-sided", calling(PresumesCommit))
 
     def test_accept_of_an_unknown_encounter_not_answered(self) -> None:
         """Its responder would be in doubt forever."""
-        assert_caught("left open", made_of(PresumesNothing))
+        assert_caught("left open", calling(PresumesNothing))
 
     def test_nonce_not_checked(self) -> None:
-        """A robot mates with one that met it at another time, or never."""
-        assert_caught("no contact", made_of(IgnoresNonce), TWICE)
+        """A robot mates with one that it met at another time, or never."""
+        assert_caught("no contact", calling(IgnoresNonce), TWICE)
 
     def test_a_newer_proposal_while_the_older_is_unacknowledged(self) -> None:
-        """The responder takes the newer as a sign that the older was not decided, and aborts it."""
-        assert_caught("one-sided", made_of(ForgetsUnacknowledged), TWICE)
+        """The responder infers from the newer that the older was not decided, and aborts it."""
+        assert_caught("one-sided", calling(ForgetsUnacknowledged), TWICE)
 
-    def test_a_late_refusal_believed(self) -> None:
-        """A copy of the Propose was refused, another was accepted, and that counts."""
+    def test_a_late_refusal_applied(self) -> None:
+        """One copy of the Propose was refused and another accepted, so the refusal is void."""
         bounds = Bounds((PAIR,), repeats=1)
-        assert_caught("one-sided", made_of(BelievesLateRefusal), bounds)
+        assert_caught("one-sided", calling(AppliesLateRefusal), bounds)
 
     def test_abort_ignored(self) -> None:
         """Its responder would be in doubt forever."""
-        assert_caught("left open", made_of(IgnoresAbort))
+        assert_caught("left open", calling(IgnoresAbort))
 
     def test_an_agent_of_another_contact_offered(self) -> None:
         """The parent of the offspring would not be the agent that was in control when the robots met."""
-        assert_caught("wrong genes", made_of(OffersWhoeverIsInControl), TWICE)
+        assert_caught("wrong genes", calling(OffersAgentOfOlderContact), TWICE)

@@ -22,7 +22,7 @@ FLOOD_PER_S = 10_000.0
 FORGED_SEQ = 1_000_000
 """Numbers from here on are of forged events"""
 HUGE = 2**30
-SOURCES = 20_000
+SOURCES = 10_000
 HELD, HELD_BYTES = 6_000, 60_000
 VICTIM, OTHER = robot_name(0), robot_name(1)
 

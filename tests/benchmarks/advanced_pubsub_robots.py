@@ -182,6 +182,7 @@ class ZenohRobots:
 class RobotsReport:
     """What a process of robots measured since it was last asked."""
 
+    at_s: float
     rss_mib: float
     cpu_s: float
     threads: int
@@ -207,6 +208,7 @@ class _Meter:
         process = psutil.Process()
         times = process.cpu_times()
         return RobotsReport(
+            time.monotonic(),
             process.memory_info().rss / 2**20,
             times.user + times.system,
             process.num_threads(),

@@ -6,29 +6,40 @@ import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass
+from functools import cached_property
 from multiprocessing.connection import Connection
 from typing import Any
 
 from crcolony.transport.zenoh_session import NetworkSettings, free_port
 from tests.benchmarks.advanced_pubsub_attacks import run_attack, run_proxy
 from tests.benchmarks.advanced_pubsub_observers import ObserverReport, run_observer
-from tests.benchmarks.advanced_pubsub_robots import Kind, run_robots
+from tests.benchmarks.advanced_pubsub_robots import Kind, RobotsReport, run_robots
 from tests.benchmarks.processes import child
 
 HISTORY = 1_000
 
 
-@dataclass
 class Peer:
-    """A process of the trial."""
+    """A process of the trial. It is waited for when it is needed, so that several start at the same time."""
 
-    connection: Connection
-    pid: int
+    def __init__(self, connection: Connection) -> None:
+        self.connection = connection
+
+    @cached_property
+    def pid(self) -> int:
+        """Wait until the process is ready, and return its id."""
+        assert self.connection.poll(30.0), "a process did not start"
+        pid: int = self.connection.recv()
+        return pid
+
+    def send(self, *command: object) -> None:
+        """Send a command."""
+        assert self.pid
+        self.connection.send(command)
 
     def request(self, *command: object) -> Any:
         """Send a command, and wait for the answer."""
-        self.connection.send(command)
+        self.send(*command)
         assert self.connection.poll(30.0), f"no answer to {command}"
         return self.connection.recv()
 
@@ -37,8 +48,7 @@ class Peer:
 def peer(run: Callable[..., None], *arguments: object) -> Iterator[Peer]:
     """Run a process of the trial, and kill it when this is left."""
     with child(run, *arguments) as connection:
-        assert connection.poll(30.0), f"{run.__name__} did not start"
-        yield Peer(connection, connection.recv())
+        yield Peer(connection)
 
 
 @contextlib.contextmanager
@@ -78,7 +88,7 @@ class Trial:
     def observer_through_proxy(self, period_s: float) -> Peer:
         """Start an observer whose TCP connection is cut again and again."""
         port = free_port()
-        self._start(run_proxy, port, self._port, period_s)
+        assert self._start(run_proxy, port, self._port, period_s).pid
         network = NetworkSettings(role="client", connect=(f"tcp/127.0.0.1:{port}",))
         return self._start(run_observer, self.kind, network, HISTORY)
 
@@ -98,3 +108,25 @@ def wait(observer: Peer, is_done: Callable[[ObserverReport], bool], within_s: fl
         if is_done(report) or time.monotonic() > until_s:
             return report
         time.sleep(0.1)
+
+
+def total(report: ObserverReport) -> int:
+    """Return how many distinct events an observer has received."""
+    return sum(report.events.values())
+
+
+def format_arrival(report: ObserverReport, wanted: int) -> str:
+    """Return how many of the wanted events arrived, when the last did, and how often twice or out of order."""
+    return (
+        f"{total(report)} of {wanted} in {report.last_s:.2f} s, {report.duplicates} twice,"
+        f" {report.disordered} out of order, {report.missed} shown as lost"
+    )
+
+
+def format_load(before: RobotsReport, after: RobotsReport) -> str:
+    """Return what a process of robots went through between two reports."""
+    return (
+        f"CPU {(after.cpu_s - before.cpu_s) / (after.at_s - before.at_s):.0%},"
+        f" memory {after.rss_mib - before.rss_mib:+.0f} MiB,"
+        f" loop late {after.max_late_ms:.0f} ms, longest put {after.max_put_ms:.0f} ms"
+    )

@@ -85,6 +85,12 @@ class Trial:
             run_observer, self.kind, NetworkSettings(connect=(self.endpoint,)), history
         )
 
+    def listening_observer(self) -> Peer:
+        """Start an observer that the robots, which have started before, connect to; it wants all events."""
+        return self._start(
+            run_observer, self.kind, NetworkSettings(listen=(self.endpoint,)), 10_000
+        )
+
     def observer_through_proxy(self, period_s: float) -> Peer:
         """Start an observer whose TCP connection is cut again and again."""
         port = free_port()

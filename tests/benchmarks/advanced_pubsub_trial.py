@@ -17,6 +17,8 @@ from tests.benchmarks.advanced_pubsub_robots import Kind, RobotsReport, run_robo
 from tests.benchmarks.processes import child
 
 HISTORY = 1_000
+Row = tuple[str, str]
+"""What was measured, and the figure"""
 
 
 class Peer:

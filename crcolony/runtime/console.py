@@ -1,4 +1,4 @@
-"""What a process prints for the person who started it."""
+"""What a process prints for its user."""
 
 from crcolony.protocol.telemetry_messages import EncounterOutcome, Exchanged, RobotEvent
 
@@ -8,14 +8,22 @@ def print_line(line: str) -> None:
     print(line, flush=True)
 
 
-def _say_event(event: RobotEvent) -> None:
-    line = in_words(event)
+def print_event(event: RobotEvent) -> None:
+    """Print an event, unless it is too frequent."""
+    line = format_event(event)
     if line is not None:
         print_line(line)
 
 
-def in_words(event: RobotEvent) -> str | None:
-    """Return what an event means to a person, or None if it is too common to say."""
+def format_clock(wall_period_s: float | None) -> str:
+    """Return the clock of an arena as text; `wall_period_s` None is lockstep."""
+    if wall_period_s is None:
+        return "in lockstep"
+    return f"{1.0 / wall_period_s:.3g} control periods a second"
+
+
+def format_event(event: RobotEvent) -> str | None:
+    """Return an event as one line of text, or None if it is too frequent to print."""
     match event:
         case Exchanged(partner=partner, conceived=conceived, energy=energy):
             what = "conceived" if conceived else "no offspring"

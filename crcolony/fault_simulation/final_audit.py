@@ -1,4 +1,4 @@
-"""The final audit of a simulated colony: do its robots' files agree with each other, and do robots restart from them?"""
+"""The final audit of a simulated colony: its robots' files agree with each other, and robots restart from them."""
 
 import math
 from collections.abc import Mapping, Sequence

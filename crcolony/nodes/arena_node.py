@@ -1,4 +1,4 @@
-"""An arena as a peer of robots: they join, receive observations, send actions, and leave. It selects nobody.
+"""An arena as a peer of robots: they join, receive observations, send actions, and leave. It makes no selection.
 
 No I/O, no clock, no threads: a process carries its messages. Robots of that same process join like all others, and then
 set the actions of their bodies and read `arena` directly.

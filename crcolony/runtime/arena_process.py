@@ -1,6 +1,6 @@
-"""The process of an arena, in real time or in lockstep. It simulates bodies and selects nobody.
+"""The process of an arena, in real time or in lockstep. It simulates bodies and makes no selection.
 
-Real time: a tick at every period of the wall clock, whoever has acted. Lockstep: a tick as soon as every robot that is
+Real time: a tick at every period of the wall clock, without waiting. Lockstep: a tick as soon as every robot that is
 online has acted on the one before.
 """
 

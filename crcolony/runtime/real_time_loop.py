@@ -1,4 +1,4 @@
-"""The loop of a process in real time: a tick at every period of the wall clock, whoever has answered by then."""
+"""The loop of a process in real time: a tick at every period of the wall clock, without waiting for answers."""
 
 import time
 from collections.abc import Callable

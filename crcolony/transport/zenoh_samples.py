@@ -1,7 +1,7 @@
 """What the two Zenoh transports share: publishers, callbacks, and how samples and queries become inbound events.
 
 Callbacks run on Zenoh's threads and do one thing: enqueue. Everything is a `put` that is dropped when a link is
-congested, so that a frozen peer blocks nobody: what must not be lost is retried until it is answered (matings,
+congested, so that a frozen peer blocks no other: what must not be lost is retried until it is answered (matings,
 lockstep), and a lost observation is followed by a new one. A robot's liveliness token is declared last, when the robot
 can be reached.
 """

@@ -212,8 +212,8 @@ def _address_of(interface: str) -> str:
 
 
 def _host_and_port(endpoint: str) -> tuple[str, int]:
-    _, slash, place = endpoint.partition("/")
-    host, colon, port = place.rpartition(":")
+    _, slash, address = endpoint.partition("/")
+    host, colon, port = address.rpartition(":")
     is_port = port.isascii() and port.isdigit() and len(port) <= 5 and 0 < int(port) < 65536
     if not slash or not colon or not is_port:
         raise NetworkError(f"{endpoint}: not an endpoint; expected something like {HERE}")

@@ -1,4 +1,4 @@
-"""How a process is told to stop: Ctrl-C or SIGTERM, or its time is over. It then saves, says goodbye and is gone."""
+"""When a process has to shut down: on Ctrl-C, on SIGTERM, or after a given time. It then saves and exits."""
 
 import signal
 import time
@@ -7,19 +7,22 @@ from types import FrameType
 
 
 class ShutdownSignal:
-    """Tells whether to stop. `wake` is called at once when a signal comes; a second Ctrl-C interrupts hard."""
+    """Returns, when called, whether to shut down.
+
+    `wake` is called at once in the signal handler, to end a wait. A second Ctrl-C raises KeyboardInterrupt.
+    """
 
     def __init__(
         self, minutes: float | None = None, wake: Callable[[], None] | None = None
     ) -> None:
         self._deadline_s = time.monotonic() + 60.0 * minutes if minutes else None
-        self._asked = False
+        self._is_requested = False
         self._wake = wake
         for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._ask)
+            signal.signal(number, self._handle_signal)
 
-    def _ask(self, number: int, _frame: FrameType | None) -> None:
-        self._asked = True
+    def _handle_signal(self, number: int, _frame: FrameType | None) -> None:
+        self._is_requested = True
         signal.signal(number, signal.default_int_handler)
         if self._wake is not None:
             self._wake()
@@ -27,4 +30,4 @@ class ShutdownSignal:
     def __call__(self) -> bool:
         if self._deadline_s is not None and time.monotonic() > self._deadline_s:
             return True
-        return self._asked
+        return self._is_requested

@@ -37,20 +37,22 @@ def add_host(parser: argparse.ArgumentParser) -> None:
 
 
 def _host(options: argparse.Namespace) -> int:
-    from crcolony.runtime.host_process import run_host
+    from crcolony.runtime.start_host import HostOptions, run_host
 
     config = _config_of_many(options, spare_places=8)
     period_s = wall_period_s(options, config.arena.control_period_s)
     network = network_of(options, listens_here=True)
     say_if_compiling()
     run_host(
-        config,
-        options.n,
-        options.out or new_folder(),
-        options.colony,
-        options.arena,
-        network,
-        period_s,
-        options.minutes,
+        HostOptions(
+            config=config,
+            count=options.n,
+            folder=options.out or new_folder(),
+            colony=options.colony,
+            arena=options.arena,
+            network=network,
+            wall_period_s=period_s,
+            minutes=options.minutes,
+        )
     )
     return EXIT_OK

@@ -44,7 +44,7 @@ def add_launch(parser: argparse.ArgumentParser) -> None:
 
 def _launch(options: argparse.Namespace) -> int:
     from crcolony.runtime.launch import run_launch
-    from crcolony.runtime.supervisor import LaunchOptions
+    from crcolony.runtime.launch_plan import LaunchOptions
 
     config = _config_of_many(options, spare_places=0)
     if options.robots_only and (options.lockstep or options.hz or options.speed):

@@ -1,1 +1,1 @@
-"""Whole colonies in virtual time, in one thread, with everything going wrong by seed: `colony.simulate`."""
+"""Whole colonies in one thread and in virtual time, with faults injected by seed: see `simulate.simulate`."""

@@ -1,6 +1,6 @@
-"""What goes wrong in a simulated colony: the mix of one seed, the moment a process is struck down, forged letters.
+"""The faults of a simulated colony: the mix of one seed, crashes between two operations, forged envelopes.
 
-Swarm testing (Groce et al. 2012): every kind of fault is on or off by seed, so that none hides what another would show.
+Swarm testing (Groce et al. 2012): every kind of fault is on or off by seed, so that none masks what another would show.
 """
 
 from collections.abc import Mapping
@@ -28,21 +28,21 @@ from crcolony.protocol.mating_messages import (
 
 
 class CrashError(Exception):
-    """A simulated process is killed at this very point. Only the simulation catches it."""
+    """A simulated process is killed at this point. Only the simulation catches it."""
 
 
 @dataclass(frozen=True)
 class Faults:
-    """How likely everything is that can go wrong; 0 or False: it does not."""
+    """The probability of each kind of fault, or whether it occurs at all; 0 or False: never."""
 
     loss: float = 0.0
     duplication: float = 0.0
     tail: float = 0.0
-    """Share of messages that take far longer than others"""
+    """Share of messages with a far longer delay"""
     forgery: float = 0.0
-    """Share of letters that a forged one goes along with"""
+    """Share of envelopes that are followed by a forged one"""
     crash_operations: float = 0.0
-    """A process does so many things, on average, before it is struck down between two of them"""
+    """Mean number of operations before a process is killed between two of them"""
     kills: bool = False
     stops: bool = False
     pauses: bool = False
@@ -50,7 +50,7 @@ class Faults:
     clogs: bool = False
     full_disks: bool = False
     broken_disks: bool = False
-    """Some of the crashes begin as an error of which nobody knows what it left on the disk"""
+    """Some of the crashes start with a disk error after which the state of the disk is unknown"""
     clock_jumps: bool = False
     arena_restarts: bool = False
 
@@ -62,7 +62,7 @@ class Faults:
 
 
 def draw_faults(rng: Random) -> Faults:
-    """Return the faults of a seed, every kind on or off."""
+    """Return the faults of a seed, each kind on or off."""
 
     def maybe(low: float, high: float) -> float:
         value = rng.uniform(low, high)
@@ -79,42 +79,42 @@ def draw_faults(rng: Random) -> Faults:
     )
 
 
-class Hazard:
-    """Strikes one process down after a drawn number of operations; it may be lifted."""
+class CrashCountdown:
+    """Crashes one process after a random number of operations, unless it is disabled before."""
 
     def __init__(self, rng: Random, operations: float) -> None:
         self._left = int(rng.expovariate(1.0 / operations)) if operations else -1
 
-    def strike(self, error: type[Exception] = CrashError) -> None:
-        """Count one operation; raises `error` where the process ends."""
+    def count(self, error: type[Exception] = CrashError) -> None:
+        """Count one operation; raises `error` where the process crashes."""
         if self._left < 0:
             return
         self._left -= 1
         if self._left < 0:
-            raise error("struck down")
+            raise error("injected crash")
 
-    def lift(self) -> None:
-        """Let the process live."""
+    def disable(self) -> None:
+        """Never crash the process."""
         self._left = -1
 
 
 class Forger:
-    """Makes false letters of genuine ones: damaged, or signed by their senders, but for another colony."""
+    """Forges envelopes from genuine ones: damaged, or altered and signed by their senders for another colony."""
 
     def __init__(self, rng: Random, schema: Schema, robots: Mapping[RobotId, Identity]) -> None:
         self._rng, self._schema, self._robots = rng, schema, robots
 
     def forge(self, envelope: bytes) -> bytes | None:
-        """Return a letter that nobody may believe."""
+        """Return an envelope that no robot may accept."""
         if self._rng.random() < 0.3:
-            place = self._rng.randrange(len(envelope))
-            changed = envelope[place] ^ self._rng.randrange(1, 256)
-            return envelope[:place] + bytes([changed]) + envelope[place + 1 :]
+            at = self._rng.randrange(len(envelope))
+            changed = envelope[at] ^ self._rng.randrange(1, 256)
+            return envelope[:at] + bytes([changed]) + envelope[at + 1 :]
         _, message = open_envelope(envelope)
-        return sign_message(self._twisted(message), "elsewhere", self._robots[sender_of(message)])
+        return sign_message(self._altered(message), "elsewhere", self._robots[sender_of(message)])
 
-    def _twisted(self, message: MatingMessage) -> MatingMessage:
-        """Return what would do harm in place of a message."""
+    def _altered(self, message: MatingMessage) -> MatingMessage:
+        """Return a message that would do harm in place of this one."""
         encounter = message.encounter
         if isinstance(message, Propose | Accept) and self._rng.random() < 0.7:
             genes = self._schema.random(np.random.default_rng(self._rng.getrandbits(32)))

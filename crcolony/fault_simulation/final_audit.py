@@ -1,4 +1,4 @@
-"""The last look at a simulated colony: what its memories say together, and whether robots come back from them."""
+"""The final audit of a simulated colony: its robots' files agree with each other, and robots restart from them."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -8,7 +8,7 @@ import numpy as np
 
 from crcolony.body.contract import OBSERVATION_WIDTH
 from crcolony.evolution.history import Born, Mated
-from crcolony.fault_simulation.invariants import InvariantChecker, in_words, short
+from crcolony.fault_simulation.invariants import InvariantChecker, format_encounter, format_robot
 from crcolony.fault_simulation.simulated_robot import COLONY, SimulatedRobot
 from crcolony.protocol.codec import WireError
 from crcolony.protocol.encounters import EncounterRecord
@@ -20,14 +20,15 @@ from crcolony.storage.reading import StoredRobot, read_stored_robot
 from crcolony.storage.rows import Decision
 
 _STEPS = 10
+"""Control steps in which a restarted robot is compared with the one that was saved."""
 
 
 def audit_colony(
     robots: Sequence[SimulatedRobot], checker: InvariantChecker, mutates: bool
 ) -> MergedHistory:
-    """Save and end all robots, check their memories against each other and the witness, and put them together."""
+    """Save and stop all robots, check their files against each other and the checker, and return the merged history."""
     for robot in robots:
-        _end(robot, checker)
+        _audit_robot(robot, checker)
     stored_robots = [
         read_stored_robot(robot.context.folder / str(robot.number)) for robot in robots
     ]
@@ -37,31 +38,37 @@ def audit_colony(
     return merged
 
 
-def _end(robot: SimulatedRobot, checker: InvariantChecker) -> None:
-    """Nothing may be open; and who comes back from the disk is who was saved, and goes on like it."""
+def _audit_robot(robot: SimulatedRobot, checker: InvariantChecker) -> None:
+    """Check that nothing is open, and that a robot restarted from the disk equals the saved one and acts like it."""
     if robot.robot is None:
-        checker.complain(f"{short(robot.id)}: is not alive")
+        checker.report(f"{format_robot(robot.id)}: is not running")
         return
     node = robot.robot.node
     for record in node.waiting:
-        checker.complain(f"{in_words(node.id, record.encounter)}: still {record.state} at the end")
-    checker.demand(node.next_s == math.inf, f"{short(node.id)}: still waits for something")
+        checker.report(
+            f"{format_encounter(node.id, record.encounter)}: still {record.state} at the end"
+        )
+    checker.require(node.next_s == math.inf, f"{format_robot(node.id)}: a timer is still set")
     checker.inspect(node)
-    checker.demand(node.save(), f"{short(node.id)}: not saved")
+    checker.require(node.save(), f"{format_robot(node.id)}: not saved")
     robot.crash()
-    again = robot.new_node(_Silence())
-    again.start(robot.context.schedule.now_s)
-    name = short(node.id)
-    checker.demand(_equal(node.robot.save(), again.robot.save()), f"{name}: another after restart")
-    numbers = np.random.default_rng(node.number).random((_STEPS, OBSERVATION_WIDTH))
-    lives = [[other.robot.step(row).copy() for row in numbers] for other in (node, again)]
-    checker.demand(_equal(*lives), f"{name}: goes on differently after a restart")
-    checker.demand(again.incarnation > node.incarnation, f"{name}: lives {node.incarnation} twice")
+    restarted = robot.new_node(_NullTransport())
+    restarted.start(robot.context.schedule.now_s)
+    name = format_robot(node.id)
+    checker.require(
+        _equal(node.robot.save(), restarted.robot.save()), f"{name}: differs after a restart"
+    )
+    rows = np.random.default_rng(node.number).random((_STEPS, OBSERVATION_WIDTH))
+    actions = [[one.robot.step(row).copy() for row in rows] for one in (node, restarted)]
+    checker.require(_equal(*actions), f"{name}: acts differently after a restart")
+    checker.require(
+        restarted.incarnation > node.incarnation, f"{name}: repeats incarnation {node.incarnation}"
+    )
     robot.crash()
 
 
-class _Silence:
-    """A network that nobody is on."""
+class _NullTransport:
+    """A transport that drops everything."""
 
     def send_envelope(self, *_: Any) -> None: ...
     def request_body(self, *_: Any) -> None: ...
@@ -83,40 +90,40 @@ def _equal(one: Any, other: Any) -> bool:
 def _check_matings(
     stored_robots: Sequence[StoredRobot], checker: InvariantChecker, mutates: bool
 ) -> None:
-    """Every mating has two sides, and each has of the other what that one gave, signed."""
+    """Check that every mating has two sides, each with the genes, signed, that the other sent."""
     sides = {
-        m.robot: {record.encounter: (record, made) for record, made in m.matings}
-        for m in stored_robots
+        stored.robot: {record.encounter: (record, made) for record, made in stored.matings}
+        for stored in stored_robots
     }
     genes_of = {
         event.agent: event.genes
-        for m in stored_robots
-        for event in m.events
+        for stored in stored_robots
+        for event in stored.events
         if isinstance(event, Born)
     }
     for stored in stored_robots:
         known = checker.records.get(stored.robot, {})
         made = {record.encounter: made for record, made in stored.matings if made is not None}
-        name = short(stored.robot)
-        checker.demand(
+        name = format_robot(stored.robot)
+        checker.require(
             known == {record.encounter: record for record, _ in stored.matings}
             and made == checker.decisions.get(stored.robot, {}),
-            f"{name}: its memory is not what was written into it",
+            f"{name}: its file is not what was written to it",
         )
         for record, decision in stored.matings:
             if decision is None:
                 is_over = record.state == "aborted"
-                text = f"{in_words(stored.robot, record.encounter)}: ends {record.state}"
-                checker.demand(is_over, text)
+                text = f"{format_encounter(stored.robot, record.encounter)}: ends {record.state}"
+                checker.require(is_over, text)
                 continue
             theirs, their_decision = sides.get(record.peer, {}).get(record.encounter, (None, None))
-            name = in_words(stored.robot, record.encounter)
+            name = format_encounter(stored.robot, record.encounter)
             if theirs is None or their_decision is None:
-                checker.complain(f"{name}: only one of the two mated")
+                checker.report(f"{name}: only one of the two mated")
                 continue
             _check_side(name, stored.robot, record, theirs, checker)
             own_genes = genes_of.get(record.own.agent, record.own.genes)
-            checker.demand(own_genes == record.own.genes, f"{name}: gave genes of another agent")
+            checker.require(own_genes == record.own.genes, f"{name}: sent genes of another agent")
             if decision.conceived and not mutates:
                 _check_child(name, record, decision, checker)
 
@@ -128,15 +135,15 @@ def _check_side(
     theirs: EncounterRecord,
     checker: InvariantChecker,
 ) -> None:
-    checker.demand(mine.partner == theirs.own, f"{name}: has genes its partner did not give")
-    checker.demand(mine.nonce == theirs.nonce, f"{name}: the two met at different contacts")
-    checker.demand(
+    checker.require(mine.partner == theirs.own, f"{name}: has genes its partner did not send")
+    checker.require(mine.nonce == theirs.nonce, f"{name}: the two sides are of different contacts")
+    checker.require(
         (robot, mine.peer, mine.nonce) in checker.contacts, f"{name}: there was no such contact"
     )
     try:
         envelope, message = open_envelope(mine.proof)
     except WireError as error:
-        checker.complain(f"{name}: the proof is no letter: {error}")
+        checker.report(f"{name}: the proof is no envelope: {error}")
         return
     assert mine.partner is not None
     is_proof = (
@@ -146,20 +153,20 @@ def _check_side(
         and message.nonce == mine.nonce
         and (message.agent, message.genes) == (mine.partner.agent, mine.partner.genes)
     )
-    checker.demand(is_proof, f"{name}: the proof proves nothing")
+    checker.require(is_proof, f"{name}: the proof is not the partner's proposal or acceptance")
 
 
 def _check_child(
     name: str, record: EncounterRecord, decision: Decision, checker: InvariantChecker
 ) -> None:
-    """Without mutation every gene is the mother's or the father's."""
+    """Check that without mutation every gene is the mother's or the father's."""
     assert record.partner is not None
     child, mother, father = (
         np.frombuffer(genes, dtype="<f8")
         for genes in (decision.child, record.own.genes, record.partner.genes)
     )
     is_theirs = bool(((child == mother) | (child == father)).all())
-    checker.demand(is_theirs, f"{name}: the child is not of these parents")
+    checker.require(is_theirs, f"{name}: the child is not of these parents")
 
 
 def _check_sums(
@@ -169,11 +176,11 @@ def _check_sums(
     matings = [event for event in merged.events if isinstance(event, Mated)]
     conceived = sum(mated.conceived + mated.partner_conceived for mated in matings)
     one_sided = len(merged.one_sided)
-    checker.demand(one_sided == 0, f"{one_sided} matings are one-sided")
-    checker.demand(len(decisions) == 2 * len(matings) + one_sided, "the sum of decisions is wrong")
-    checker.demand(
+    checker.require(one_sided == 0, f"{one_sided} matings are one-sided")
+    checker.require(len(decisions) == 2 * len(matings) + one_sided, "the sum of decisions is wrong")
+    checker.require(
         one_sided > 0 or conceived == sum(made.conceived for made in decisions),
         "the sum of conceptions is wrong",
     )
     names = [event.agent for event in merged.events if isinstance(event, Born)]
-    checker.demand(len(set(names)) == len(names), "two agents have one name")
+    checker.require(len(set(names)) == len(names), "two agents have the same name")

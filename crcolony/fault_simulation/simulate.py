@@ -1,41 +1,41 @@
-"""Deterministic simulation: whole colonies in one thread and in virtual time, with everything going wrong by seed.
+"""Deterministic simulation testing: whole colonies in one thread and in virtual time, with faults injected by seed.
 
-As FoundationDB's and TigerBeetle's: what runs is what robots and arenas run (`embodied_robot.py`, `reception.py` and
+As FoundationDB's and TigerBeetle's: the code under test is what real processes run (`EmbodiedRobot`, `ArenaServer` and
 all below them, real signatures, SQLite files, the compiled world); only clock, network and disks are simulated. A seed
-decides everything, so every failure can be repeated. The faults end after a while, then the colony lives in peace, then
-the world stands still, and after that nothing may be left open.
+determines everything, so that every failure can be repeated. The faults end after a while; the colony then runs without
+them, then the arena stops, and after that no encounter may be open.
 """
 
 import tempfile
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from random import Random
 
 from crcolony.config import Config, load
 from crcolony.evolution.genotype import Schema
 from crcolony.evolution.history import Mated
+from crcolony.fault_simulation.fault_injector import FaultInjector
 from crcolony.fault_simulation.faults import Faults, Forger, draw_faults
 from crcolony.fault_simulation.final_audit import audit_colony
-from crcolony.fault_simulation.invariants import InvariantChecker, short
+from crcolony.fault_simulation.invariants import InvariantChecker, format_robot
 from crcolony.fault_simulation.simulated_arena import SimulatedArena
 from crcolony.fault_simulation.simulated_network import (
-    ARENA,
-    Link,
+    NoProgressError,
     Schedule,
     SimulatedNetwork,
-    TimeStandsStillError,
 )
 from crcolony.fault_simulation.simulated_robot import COLONY, SharedContext, SimulatedRobot
 from crcolony.protocol.encounters import MatingLimits
 from crcolony.protocol.identity import seeded
 from crcolony.robot.factory import make_robots, numbered_streams
 
-FAULTY_S, PEACEFUL_S, SETTLING_S = 36.0, 6.0, 12.0
-"""The three parts of a simulation, in virtual time"""
-_BETWEEN_FAULTS_S = 1.5
+FAULTY_S = 36.0
+"""The first part of a simulation, in virtual time: faults are injected."""
+FAULT_FREE_S = 6.0
+"""The second part: the colony runs without faults."""
+SETTLING_S = 12.0
+"""The third part: the arena has stopped, and open encounters come to an end."""
 
 _SETTINGS = (
     "life.agents=4",
@@ -52,27 +52,29 @@ _SETTINGS = (
     "learning.potential_distances=2",
     "learning.potential_bearings=2",
 )
-"""Crowded, well fed and short-lived: matings and turnovers all the time. What is learnt does not matter here."""
+"""Crowded, well fed and short-lived: matings and turnovers are frequent. What is learnt does not matter here."""
 
 
 @dataclass(frozen=True)
 class Report:
-    """What happened in one simulated colony."""
+    """The result of one simulated colony."""
 
     seed: int
     robots: int
     faults: Faults
     matings: int = 0
-    """That both sides have"""
+    """Matings that both sides have recorded"""
     one_sided: int = 0
+    """Matings that only one side has recorded"""
     conceptions: int = 0
     counts: Counter[str] = field(default_factory=Counter)
-    """Outcomes of encounters, letters that were not believed, and what went wrong, by name"""
+    """Outcomes of encounters, refused envelopes, and faults, by name"""
     history: str = ""
     """The hash of the colony's history"""
     log: str = ""
-    """The hash of everything that was said"""
+    """The hash of everything that was published or sent"""
     violations: list[str] = field(default_factory=list)
+    """Invariants that did not hold"""
 
     def __str__(self) -> str:
         counts = ", ".join(
@@ -92,9 +94,9 @@ class Report:
 def simulate(
     seed: int, robots: int = 5, faults: Faults | None = None, faulty_s: float = FAULTY_S
 ) -> Report:
-    """Let one colony live through the faults of a seed, or through given ones, for so long in virtual time.
+    """Simulate one colony with the faults of a seed, or with given ones, for `faulty_s` of virtual time.
 
-    The same arguments are the same colony. Raises ConfigError for less than one robot.
+    The same arguments give the same report. Raises ConfigError for less than one robot.
     """
     rng = Random(seed)
     drawn = draw_faults(rng)
@@ -127,35 +129,37 @@ class _Simulation:
         )
         self._robots = [SimulatedRobot(k, key, context) for k, key in enumerate(identities)]
         self._arena = SimulatedArena(config, schedule, self._network, rng)
-        self._injector = _FaultInjector(
+        self._injector = FaultInjector(
             schedule, self._network, self._robots, self._arena, faults, rng
         )
 
     def run(self, faulty_s: float) -> Report:
-        """Live through all of it."""
+        """Run the three parts of the simulation, and audit the colony."""
         schedule = self._schedule
         self._arena.start()
         for robot in self._robots:
             schedule.after(self._rng.uniform(0.0, 0.5), robot.start)
-        schedule.after(0.0, self._injector.act)
+        schedule.after(0.0, self._injector.inject)
         try:
             schedule.run_until(faulty_s)
-            self._make_peace()
-            schedule.run_until(faulty_s + PEACEFUL_S)
+            self._end_faults()
+            schedule.run_until(faulty_s + FAULT_FREE_S)
             for robot in self._robots:
-                self._checker.demand(robot.is_living, f"{short(robot.id)}: does not live in peace")
+                self._checker.require(
+                    robot.is_operating, f"{format_robot(robot.id)}: does not operate without faults"
+                )
             self._arena.close()
-            schedule.run_until(faulty_s + PEACEFUL_S + SETTLING_S)
-        except TimeStandsStillError as error:
-            self._checker.complain(f"time stands still: {error}")
-            self._make_peace()
+            schedule.run_until(faulty_s + FAULT_FREE_S + SETTLING_S)
+        except NoProgressError as error:
+            self._checker.report(f"no progress: {error}")
+            self._end_faults()
         return self._report()
 
-    def _make_peace(self) -> None:
-        self._network.calm_down()
+    def _end_faults(self) -> None:
+        self._network.end_faults()
         self._arena.start()
         for robot in self._robots:
-            robot.be_spared()
+            robot.end_faults()
 
     def _report(self) -> Report:
         checker = self._checker
@@ -178,95 +182,3 @@ class _Simulation:
 def _schema(config: Config) -> Schema:
     _, _, (robot,) = make_robots(config, ["0"], numbered_streams(0, 0, 1))
     return robot.subpopulation.schema
-
-
-class _FaultInjector:
-    """Makes things go wrong, one after the other, each for a while."""
-
-    def __init__(
-        self,
-        schedule: Schedule,
-        network: SimulatedNetwork,
-        robots: list[SimulatedRobot],
-        arena: SimulatedArena,
-        faults: Faults,
-        rng: Random,
-    ) -> None:
-        self.counts: Counter[str] = Counter()
-        self._schedule, self._network, self._rng = schedule, network, rng
-        self._robots, self._arena = robots, arena
-        kinds: dict[str, Callable[[], None]] = {
-            "kills": self._kill,
-            "stops": self._stop,
-            "pauses": self._pause,
-            "partitions": self._partition,
-            "clogs": self._clog,
-            "full_disks": self._fill,
-            "clock_jumps": self._turn_clock,
-            "arena_restarts": self._restart_arena,
-        }
-        self._kinds = {name: kind for name, kind in kinds.items() if getattr(faults, name)}
-
-    def act(self) -> None:
-        """Let one thing go wrong, and another later."""
-        if self._network.is_calm or not self._kinds:
-            return
-        name = self._rng.choice(list(self._kinds))
-        self.counts[name.replace("_", " ")] += 1
-        self._kinds[name]()
-        self._schedule.after(self._rng.expovariate(1.0 / _BETWEEN_FAULTS_S), self.act)
-
-    def _later(self, do: Callable[[], None]) -> None:
-        """Nothing comes and goes faster than this, and some things take longer than partners wait for each other."""
-        is_long = self._rng.random() < 0.2
-        self._schedule.after(self._rng.uniform(*((4.0, 9.0) if is_long else (0.3, 4.0))), do)
-
-    def _any(self) -> SimulatedRobot:
-        return self._rng.choice(self._robots)
-
-    def _kill(self) -> None:
-        self._any().crash(says_goodbye=self._rng.random() < 0.5)
-
-    def _stop(self) -> None:
-        self._any().stop()
-
-    def _pause(self) -> None:
-        robot = self._any()
-        if robot.robot is not None and not robot.is_paused:
-            robot.is_paused = True
-            self._later(robot.resume)
-
-    def _partition(self) -> None:
-        """Cut the colony in two, or only what goes from the one half to the other."""
-        if self._network.cut:
-            return
-        endpoints = [*(robot.id for robot in self._robots), ARENA]
-        self._rng.shuffle(endpoints)
-        half = self._rng.randrange(1, len(endpoints))
-        is_one_way = self._rng.random() < 0.4
-        for one in endpoints[:half]:
-            for other in endpoints[half:]:
-                self._network.cut.add((one, other))
-                if not is_one_way:
-                    self._network.cut.add((other, one))
-        self._later(self._network.cut.clear)
-
-    def _clog(self) -> None:
-        ends = self._rng.sample([*(robot.id for robot in self._robots), ARENA], 2)
-        link: Link = (ends[0], ends[1])
-        self._network.clog(link)
-        self._later(partial(self._network.unclog, link))
-
-    def _fill(self) -> None:
-        disk = self._any().disk
-        disk.fill()
-        self._later(disk.clear)
-
-    def _turn_clock(self) -> None:
-        self._any().clock_error_s = self._rng.choice(
-            [self._rng.gauss(0.0, 1e5), self._rng.gauss(0.0, 10.0), -1.9e9, 1e9]
-        )
-
-    def _restart_arena(self) -> None:
-        self._arena.crash(says_goodbye=self._rng.random() < 0.7)
-        self._later(self._arena.start)

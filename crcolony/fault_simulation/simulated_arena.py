@@ -1,4 +1,4 @@
-"""The process of an arena in virtual time, in place of `processes/arena.py`, and its restarts."""
+"""The process of an arena in virtual time, in place of `runtime.arena_process`, with its crashes and restarts."""
 
 from random import Random
 from typing import Any
@@ -16,11 +16,14 @@ from crcolony.transport.interface import (
     SceneReceived,
 )
 
-_SAVE_TICKS, _GRACE_S = 25, 4.0
+_SAVE_TICKS = 25
+"""Ticks between two checkpoints."""
+_GRACE_S = 4.0
+"""How long the body of an absent robot stays."""
 
 
 class SimulatedArena:
-    """Nature. After a crash it goes on from its last checkpoint, or begins anew: robots are told by `world`."""
+    """An arena that resumes from its last checkpoint after a crash, or starts empty, with another `arena_run`."""
 
     is_paused = False
 
@@ -29,13 +32,13 @@ class SimulatedArena:
     ) -> None:
         self.node: ArenaNode | None = None
         self.ticks = 0
-        """In all its lives"""
+        """In all its runs"""
         self._config, self._schedule, self._network, self._rng = config, schedule, network, rng
         self._is_closed = False
         self._checkpoint: dict[str, Any] | None = None
 
     def start(self) -> None:
-        """Begin a run of the arena, unless one is under way."""
+        """Start a run of the arena, unless one is running."""
         if self.node is not None or self._is_closed:
             return
         arena_run = self._rng.getrandbits(61)
@@ -48,13 +51,13 @@ class SimulatedArena:
         self._network.add_process(ARENA, self, ArenaOnline(arena_run), ArenaOffline(arena_run))
         self._schedule.after(self._config.arena.control_period_s, lambda: self._tick(node))
 
-    def crash(self, says_goodbye: bool = True) -> None:
-        """End at once."""
+    def crash(self, closes_links: bool = True) -> None:
+        """Stop at once; peers notice immediately if the links close, and else after their lease."""
         self.node = None
-        self._network.remove_process(ARENA, says_goodbye)
+        self._network.remove_process(ARENA, closes_links)
 
     def close(self) -> None:
-        """Let the world stand still for ever."""
+        """Stop the arena for good."""
         self.crash()
         self._is_closed = True
 
@@ -66,14 +69,14 @@ class SimulatedArena:
         self.ticks += 1
         for robot in node.robots:
             self._network.post((ARENA, robot), ObservationReceived(robot, node.observation(robot)))
-        if self._network.searching:
+        if self._network.scene_subscribers:
             scene = encode(node.scene("arena", self.ticks, unix_ms=0))
-            for robot in sorted(self._network.searching):
+            for robot in sorted(self._network.scene_subscribers):
                 self._network.post((ARENA, robot), SceneReceived(scene))
         self._server.remove_absent(self._schedule.now_s)
         if node.tick % _SAVE_TICKS == 0:
             self._checkpoint = node.save()
 
     def deliver(self, event: InboundEvent) -> None:
-        """Take what has arrived."""
+        """Handle an inbound event."""
         self._server.handle_event(self._schedule.now_s, event)

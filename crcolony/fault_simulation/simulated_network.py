@@ -1,7 +1,7 @@
-"""The network of a simulated colony, in virtual time: it loses, repeats, delays and reorders, is cut and is clogged.
+"""The network of a simulated colony in virtual time: it loses, duplicates, delays, reorders, partitions and clogs.
 
-Presence has Zenoh's meaning: a process holds a token, others see it when they can hear its holder, and it is gone for
-those who have not heard it for a lease, each by itself. A process that dies may still say so, if its link is whole.
+Liveliness is Zenoh's: a process holds a token, which appears at each peer that receives the holder's heartbeats, and
+goes at each that has received none for a lease. If a process dies and its link is up, the peer notices at once.
 """
 
 import heapq
@@ -29,69 +29,78 @@ Link = tuple[Endpoint, Endpoint]
 
 ARENA: Endpoint = b"arena"
 
-LEASE_S, SCAN_S = 1.5, 0.25
-_DELAY_S, _TAIL_S, _REPLAY_S = 0.02, 0.6, 15.0
+LEASE_S = 1.5
+"""A token goes at a peer after this long without a heartbeat."""
+HEARTBEAT_S = 0.25
+"""Time between two heartbeats."""
+_DELAY_S = 0.02
+"""Mean delay of a message."""
+_TAIL_S = 0.6
+"""Mean delay of a message that takes far longer."""
+_REPLAY_S = 15.0
+"""The longest delay of a duplicate."""
 _JOIN_TIMEOUT_S = 1.0
 _MAX_AT_ONCE = 20_000
+"""Actions at one moment of virtual time, beyond which there is no progress."""
 
 
-class TimeStandsStillError(Exception):
-    """Something is done again and again without any time passing."""
+class NoProgressError(Exception):
+    """Actions repeat without any virtual time passing."""
 
 
 class Schedule:
-    """Virtual time, and what is due in it."""
+    """Virtual time, and the actions that are due in it."""
 
     def __init__(self) -> None:
         self.now_s = 0.0
         self._due: list[tuple[float, int, Callable[[], None]]] = []
         self._entries = 0
 
-    def at(self, at_s: float, do: Callable[[], None]) -> None:
-        """Do something at a time, or now if that is past; at the same time, in the order of these calls."""
+    def at(self, at_s: float, action: Callable[[], None]) -> None:
+        """Run an action at a time, or now if that is past; at the same time, in the order of these calls."""
         self._entries += 1
-        heapq.heappush(self._due, (max(at_s, self.now_s), self._entries, do))
+        heapq.heappush(self._due, (max(at_s, self.now_s), self._entries, action))
 
-    def after(self, delay_s: float, do: Callable[[], None]) -> None:
-        """Do something a while from now."""
-        self.at(self.now_s + delay_s, do)
+    def after(self, delay_s: float, action: Callable[[], None]) -> None:
+        """Run an action after a delay."""
+        self.at(self.now_s + delay_s, action)
 
     def run_until(self, end_s: float) -> None:
-        """Let time pass; raises TimeStandsStillError."""
+        """Advance virtual time; raises NoProgressError."""
         at_once = 0
         while self._due and self._due[0][0] <= end_s:
-            at_s, _, do = heapq.heappop(self._due)
+            at_s, _, action = heapq.heappop(self._due)
             at_once = at_once + 1 if at_s == self.now_s else 0
             if at_once > _MAX_AT_ONCE:
-                raise TimeStandsStillError(f"at {at_s:.3f} s")
+                raise NoProgressError(f"at {at_s:.3f} s")
             self.now_s = at_s
-            do()
+            action()
         self.now_s = end_s
 
 
 class Process(Protocol):
-    """Whatever is reached at an endpoint."""
+    """What receives the events of an endpoint."""
 
     is_paused: bool
 
     def deliver(self, event: InboundEvent) -> None:
-        """Take what has arrived."""
+        """Handle an inbound event."""
         ...
 
 
 @dataclass
 class _Token:
     holder: Endpoint
-    seen: InboundEvent
-    gone: InboundEvent
+    online: InboundEvent
+    offline: InboundEvent
     is_held: bool = True
-    says_goodbye: bool = False
-    heard_s: dict[Endpoint, float] = field(default_factory=dict)
-    """By those who see it: when they heard its holder last"""
+    closes_links: bool = False
+    heartbeat_s: dict[Endpoint, float] = field(default_factory=dict)
+    """When each peer at which the token has appeared received the holder's last heartbeat"""
 
 
 class SimulatedNetwork:
-    """Carries everything between robots and the arena, as badly as the faults of the seed say, until it is `calm`."""
+    """Carries everything between robots and the arena, with the faults of the seed until `end_faults`."""
 
     def __init__(
         self,
@@ -102,79 +111,77 @@ class SimulatedNetwork:
     ) -> None:
         self.counts: Counter[str] = Counter()
         self.cut: set[Link] = set()
-        self.searching: set[Endpoint] = set()
-        """Who looks at what the arena shows"""
+        self.scene_subscribers: set[Endpoint] = set()
         self._clogged: dict[Link, list[tuple[InboundEvent, float]]] = {}
         self._schedule, self._rng, self._faults, self._forge = schedule, rng, faults, forge
-        self.is_calm = False
-        """Whether nothing goes wrong any more"""
+        self.is_fault_free = False
         self._processes: dict[Endpoint, Process] = {}
         self._tokens: list[_Token] = []
-        schedule.after(SCAN_S, self._scan)
+        schedule.after(HEARTBEAT_S, self._send_heartbeats)
 
     @property
     def now_s(self) -> float:
         """Virtual time."""
         return self._schedule.now_s
 
-    # Who is there ----------------------------------------------------------------------------------------------
+    # Liveliness -------------------------------------------------------------------------------------------------
 
     def add_process(
-        self, endpoint: Endpoint, process: Process, seen: InboundEvent, gone: InboundEvent
+        self, endpoint: Endpoint, process: Process, online: InboundEvent, offline: InboundEvent
     ) -> None:
-        """Let a process be reached and seen; it has seen nobody yet."""
+        """Connect a process and declare its token; no other token has appeared at it yet."""
         for token in self._tokens:
-            token.heard_s.pop(endpoint, None)
+            token.heartbeat_s.pop(endpoint, None)
         self._processes[endpoint] = process
-        self._tokens.append(_Token(endpoint, seen, gone))
+        self._tokens.append(_Token(endpoint, online, offline))
 
-    def remove_process(self, endpoint: Endpoint, says_goodbye: bool) -> None:
-        """A process is there no more; without a goodbye its lease must run out."""
+    def remove_process(self, endpoint: Endpoint, closes_links: bool) -> None:
+        """Disconnect a process; peers notice at once if its links close, and else when the lease expires."""
         self._processes.pop(endpoint, None)
-        self.searching.discard(endpoint)
+        self.scene_subscribers.discard(endpoint)
         for token in self._tokens:
             if token.holder == endpoint and token.is_held:
-                token.is_held, token.says_goodbye = False, says_goodbye
+                token.is_held, token.closes_links = False, closes_links
 
-    def _scan(self) -> None:
-        """Let everybody notice who is there and who is not."""
-        self._schedule.after(SCAN_S, self._scan)
+    def _send_heartbeats(self) -> None:
+        """Deliver heartbeats, and with them the tokens that appear and go."""
+        self._schedule.after(HEARTBEAT_S, self._send_heartbeats)
         now_s = self._schedule.now_s
         for token in list(self._tokens):
             for observer, process in list(self._processes.items()):
                 if observer == token.holder:
                     continue
-                if self._hears(observer, token):
-                    if observer not in token.heard_s:
-                        process.deliver(token.seen)
-                    token.heard_s[observer] = now_s
-                elif observer in token.heard_s and self._is_over(observer, token, now_s):
-                    del token.heard_s[observer]
-                    process.deliver(token.gone)
+                if self._receives_heartbeat(observer, token):
+                    if observer not in token.heartbeat_s:
+                        process.deliver(token.online)
+                    token.heartbeat_s[observer] = now_s
+                elif observer in token.heartbeat_s and self._is_offline(observer, token, now_s):
+                    del token.heartbeat_s[observer]
+                    process.deliver(token.offline)
             if not token.is_held:
-                for observer in [o for o in token.heard_s if o not in self._processes]:
-                    del token.heard_s[observer]
-        self._tokens = [token for token in self._tokens if token.is_held or token.heard_s]
+                for observer in [o for o in token.heartbeat_s if o not in self._processes]:
+                    del token.heartbeat_s[observer]
+        self._tokens = [token for token in self._tokens if token.is_held or token.heartbeat_s]
 
-    def _hears(self, observer: Endpoint, token: _Token) -> bool:
+    def _receives_heartbeat(self, observer: Endpoint, token: _Token) -> bool:
         holder = self._processes.get(token.holder)
         is_silent = not token.is_held or holder is None or holder.is_paused
-        return not is_silent and self._is_whole((token.holder, observer))
+        return not is_silent and self._is_up((token.holder, observer))
 
-    def _is_over(self, observer: Endpoint, token: _Token, now_s: float) -> bool:
-        is_told = token.says_goodbye and self._is_whole((token.holder, observer))
-        return is_told or now_s - token.heard_s[observer] >= LEASE_S
+    def _is_offline(self, observer: Endpoint, token: _Token, now_s: float) -> bool:
+        is_noticed = token.closes_links and self._is_up((token.holder, observer))
+        return is_noticed or now_s - token.heartbeat_s[observer] >= LEASE_S
 
-    def _is_whole(self, link: Link) -> bool:
+    def _is_up(self, link: Link) -> bool:
         return link not in self.cut and link not in self._clogged
 
-    # What is sent ----------------------------------------------------------------------------------------------
+    # Messages -------------------------------------------------------------------------------------------------
 
     def post(self, link: Link, event: InboundEvent, until_s: float = math.inf) -> None:
-        """Send something on its way, which nobody wants after a time; letters may be overtaken by forged ones."""
+        """Send an event, which is dropped if it arrives after `until_s`; a forged envelope may follow."""
         self._post(link, event, until_s)
         if (
-            not self.is_calm
+            not self.is_fault_free
             and isinstance(event, EnvelopeReceived)
             and self._draw(self._faults.forgery)
         ):
@@ -189,7 +196,7 @@ class SimulatedNetwork:
             self.counts["cut off"] += 1
         elif link in self._clogged:
             self._clogged[link].append((event, until_s))
-        elif self.is_calm:
+        elif self.is_fault_free:
             self._schedule.after(self._exponential(_DELAY_S), arrive)
         else:
             if self._draw(self._faults.loss):
@@ -205,7 +212,7 @@ class SimulatedNetwork:
     def _arrive(self, link: Link, event: InboundEvent, until_s: float) -> None:
         process = self._processes.get(link[1])
         if process is None or link in self.cut:
-            self.counts["nobody there"] += 1
+            self.counts["no receiver"] += 1
         elif self._schedule.now_s <= until_s:
             process.deliver(event)
 
@@ -219,66 +226,67 @@ class SimulatedNetwork:
     def _draw(self, chance: float) -> bool:
         return chance > 0.0 and self._rng.random() < chance
 
-    # What goes wrong -------------------------------------------------------------------------------------------
+    # Faults --------------------------------------------------------------------------------------------------
 
     def clog(self, link: Link) -> None:
-        """Hold back everything on a link."""
+        """Hold back all messages of a link."""
         self._clogged.setdefault(link, [])
 
     def unclog(self, link: Link) -> None:
-        """Let everything that was held back come at once."""
+        """Send all messages that were held back at once."""
         for event, until_s in self._clogged.pop(link, []):
             self._post(link, event, until_s)
 
-    def calm_down(self) -> None:
-        """From now on nothing goes wrong any more, and what was sent arrives soon."""
-        self.is_calm = True
+    def end_faults(self) -> None:
+        """Inject no more faults, heal all links, and deliver what is sent soon."""
+        self.is_fault_free = True
         self.cut.clear()
         for link in list(self._clogged):
             self.unclog(link)
 
 
 class SimulatedTransport:
-    """One robot's way out; before every letter and every event told its process may be struck down."""
+    """One robot's transport; before every envelope and every telemetry message the process may crash."""
 
     def __init__(
         self,
         network: SimulatedNetwork,
         robot: RobotId,
-        strike: Callable[[], None],
-        overhear: Callable[[RobotId, str, bytes], None],
+        count_operation: Callable[[], None],
+        on_published: Callable[[RobotId, str, bytes], None],
     ) -> None:
         self._network, self._robot = network, robot
-        self._strike, self._overhear = strike, overhear
+        self._count_operation, self._on_published = count_operation, on_published
 
     def send_envelope(self, to: RobotId, envelope: bytes) -> None:
-        """Post a letter."""
-        self._strike()
-        self._overhear(self._robot, "letter", envelope)
+        """Send an envelope."""
+        self._count_operation()
+        self._on_published(self._robot, "envelope", envelope)
         self._network.post((self._robot, to), EnvelopeReceived(to, envelope))
 
     def request_body(self, robot: RobotId, request: bytes) -> None:
-        """Ask the arena for a body; an answer that comes after the question's time is not heard."""
+        """Send the arena a request to join or leave; a reply after the timeout is dropped."""
         until_s = self._network.now_s + _JOIN_TIMEOUT_S
 
-        def answer(data: bytes) -> None:
+        def reply(data: bytes) -> None:
             self._network.post((ARENA, robot), JoinReplyReceived(robot, data), until_s)
 
-        self._network.post((robot, ARENA), QueryReceived("join", robot, request, answer), until_s)
+        self._network.post((robot, ARENA), QueryReceived("join", robot, request, reply), until_s)
 
     def publish_action(self, robot: RobotId, action: bytes) -> None:
-        """Command a body."""
+        """Publish an action."""
         self._network.post((robot, ARENA), ActionReceived(robot, action))
 
     def publish_telemetry(
         self, robot: RobotId, topic: Literal["state", "event"], data: bytes
     ) -> None:
-        """Publish telemetry; here somebody always listens."""
-        self._strike()
-        self._overhear(robot, topic, data)
+        """Publish telemetry, to the checker."""
+        self._count_operation()
+        self._on_published(robot, topic, data)
 
-    def subscribe_scene(self, is_searching: bool) -> None:
-        """Let the arena's scenes come, or not."""
-        (self._network.searching.add if is_searching else self._network.searching.discard)(
-            self._robot
-        )
+    def subscribe_scene(self, is_needed: bool) -> None:
+        """Deliver the arena's scenes while they are needed."""
+        if is_needed:
+            self._network.scene_subscribers.add(self._robot)
+        else:
+            self._network.scene_subscribers.discard(self._robot)

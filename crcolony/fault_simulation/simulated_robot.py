@@ -1,6 +1,6 @@
-"""The process of one robot in virtual time, in place of `processes/robot.py`: it dies between any two effects.
+"""The process of one robot in virtual time, in place of `runtime.robot_process`: it may crash at any operation.
 
-A crash forgets everything but the file of its memory; the next life begins from that, as a real process does.
+A crash loses everything but the robot's file, from which the next incarnation starts, as a real process does.
 """
 
 import math
@@ -13,7 +13,7 @@ from pathlib import Path
 from random import Random
 
 from crcolony.config import Config
-from crcolony.fault_simulation.faults import CrashError, Faults, Hazard
+from crcolony.fault_simulation.faults import CrashCountdown, CrashError, Faults
 from crcolony.fault_simulation.invariants import InvariantChecker
 from crcolony.fault_simulation.simulated_network import (
     Schedule,
@@ -22,6 +22,12 @@ from crcolony.fault_simulation.simulated_network import (
 )
 from crcolony.fault_simulation.simulated_store import Disk, SimulatedStore
 from crcolony.nodes.embodied_robot import EmbodiedRobot
+from crcolony.nodes.node_inputs import (
+    ColonyMember,
+    EmbodimentOptions,
+    NodeResources,
+    ProcessCallbacks,
+)
 from crcolony.nodes.robot_node import RobotNode
 from crcolony.protocol.body_messages import Contact
 from crcolony.protocol.encounters import MatingLimits
@@ -31,10 +37,14 @@ from crcolony.storage.store import FatalStorageError, StorageFullError
 from crcolony.transport.interface import InboundEvent, RobotOffline, RobotOnline, Transport
 
 COLONY = "simulated"
-_BEGINNING_UNIX_S = 1_800_000_000.0
-_SNAPSHOT_S, _STATE_PERIOD_S = 8.0, 2.5
-_INBOX = 64
-"""What a process that is stopped finds when it goes on; the network lets the rest go."""
+_START_UNIX_S = 1_800_000_000.0
+"""Time of day when a simulation starts."""
+_SNAPSHOT_S = 8.0
+_STATE_PERIOD_S = 2.5
+_MAX_QUEUED = 64
+"""Inbound events kept for a process that is paused; the network drops the rest."""
+_MAX_SILENCE_S = 1.0
+"""A robot without an observation for longer than this does not operate."""
 
 
 @dataclass(frozen=True)
@@ -51,20 +61,20 @@ class SharedContext:
     rng: Random
 
 
-class _WitnessedNode(RobotNode):
-    """A robot that is seen to be told of a contact."""
+class _CheckedNode(RobotNode):
+    """A robot whose contacts are reported to the checker."""
 
     checker: InvariantChecker
 
     def handle_step_events(self, now_s: float, tick: int, contact: Contact | None) -> None:
-        """See to what happened."""
+        """Report the contact, and handle the events of a control step."""
         if contact is not None:
             self.checker.on_contact(self.id, contact)
         super().handle_step_events(now_s, tick, contact)
 
 
 class SimulatedRobot:
-    """A robot: one life after the other."""
+    """A robot, one incarnation after another."""
 
     def __init__(self, number: int, identity: Identity, context: SharedContext) -> None:
         self.id, self.number, self.context = identity.id, number, context
@@ -73,39 +83,41 @@ class SimulatedRobot:
         self.clock_error_s = 0.0
         self._identity = identity
         self._store: SimulatedStore | None = None
-        self._hazard = Hazard(context.rng, 0.0)
+        self._countdown = CrashCountdown(context.rng, 0.0)
         self.disk = Disk(context.rng, context.faults.broken_disks)
         self._inbox: deque[InboundEvent] = deque()
-        self._alarm_s = math.inf
+        self._timer_s = math.inf
         self._starts = self._sessions = 0
 
-    # Lives -----------------------------------------------------------------------------------------------------
+    # Incarnations ----------------------------------------------------------------------------------------------
 
     def start(self) -> None:
-        """Begin a life from the disk, unless one is under way."""
+        """Start an incarnation from the disk, unless one is running."""
         if self._store is None:
             self._starts += 1
-            self._guard(self._begin)
+            self._run_guarded(self._start)
 
-    def _begin(self) -> None:
+    def _start(self) -> None:
         context = self.context
-        is_calm = context.network.is_calm
-        self._hazard = Hazard(context.rng, 0.0 if is_calm else context.faults.crash_operations)
+        is_fault_free = context.network.is_fault_free
+        operations = 0.0 if is_fault_free else context.faults.crash_operations
+        self._countdown = CrashCountdown(context.rng, operations)
         transport = SimulatedTransport(
-            context.network, self.id, self._hazard.strike, self._overhear
+            context.network, self.id, self._countdown.count, self._on_published
         )
-        robot = EmbodiedRobot(
-            self.new_node(transport), transport, context.config, "arena", self.number, _SNAPSHOT_S,
-            self._reconnect_session, state_period_s=_STATE_PERIOD_S,
-        )  # fmt: skip
+        options = EmbodimentOptions(
+            context.config, "arena", self.number, _SNAPSHOT_S, _STATE_PERIOD_S
+        )
+        callbacks = ProcessCallbacks(self._reconnect)
+        robot = EmbodiedRobot(self.new_node(transport), transport, options, callbacks)
         robot.start(context.schedule.now_s)
         context.checker.on_started(robot.node)
         self._inbox.clear()
-        self._alarm_s = math.inf
+        self._timer_s = math.inf
         self.robot = robot
-        self._come_onto_network(robot.node.incarnation)
+        self._connect(robot.node.incarnation)
 
-    def _come_onto_network(self, incarnation: int) -> None:
+    def _connect(self, incarnation: int) -> None:
         self._sessions += 1
         session = f"{self.number}.{self._sessions}"
         self.context.network.add_process(
@@ -115,19 +127,19 @@ class SimulatedRobot:
             RobotOffline(self.id, incarnation, session),
         )
 
-    def _reconnect_session(self) -> None:
-        assert self.robot is not None, "only who lives misses another"
-        self.context.checker.counts["came anew"] += 1
-        self.context.network.remove_process(self.id, says_goodbye=True)
-        self._come_onto_network(self.robot.node.incarnation)
+    def _reconnect(self) -> None:
+        assert self.robot is not None, "only a running robot reconnects"
+        self.context.checker.counts["reconnects"] += 1
+        self.context.network.remove_process(self.id, closes_links=True)
+        self._connect(self.robot.node.incarnation)
 
-    def _overhear(self, robot: bytes, kind: str, data: bytes) -> None:
+    def _on_published(self, robot: bytes, kind: str, data: bytes) -> None:
         self.context.checker.on_published(robot, kind, data)
         if kind == "state" and self.robot is not None:
             self.context.checker.inspect(self.robot.node)
 
     def new_node(self, transport: Transport) -> RobotNode:
-        """Return the robot as its memory has it, in a new life that has not begun."""
+        """Return a new incarnation of the robot, from its file, that is not started."""
         context, config = self.context, self.context.config
         streams = numbered_streams(config.seed, self.number, 1)
         batch, _, (robot,) = make_robots(config, [self.id.hex()], streams)
@@ -135,121 +147,112 @@ class SimulatedRobot:
         self._store = store = SimulatedStore(
             context.folder / str(self.number), self.id, schema, durable=False
         )
-        store.attach(self.id, self.disk, self._hazard, context.checker)
+        store.attach(self.id, self.disk, self._countdown, context.checker)
         incarnation = store.begin_incarnation(int(self.unix_s()))
-        node = _WitnessedNode(
-            self._identity,
-            COLONY,
-            self.number,
-            robot,
-            batch,
-            store,
-            incarnation,
-            transport,
-            limits=context.limits,
-            unix_s=self.unix_s,
-        )
+        member = ColonyMember(self._identity, COLONY, self.number, incarnation)
+        resources = NodeResources(store, transport, self.unix_s)
+        node = _CheckedNode(member, robot, batch, resources, limits=context.limits)
         node.checker = context.checker
         return node
 
-    def crash(self, says_goodbye: bool = True) -> None:
-        """Die at once."""
+    def crash(self, closes_links: bool = True) -> None:
+        """Stop at once; peers notice immediately if the links close, and else after their lease."""
         if self._store is None:
             return
         context = self.context
-        context.network.remove_process(self.id, says_goodbye)
-        self._store.drop()
+        context.network.remove_process(self.id, closes_links)
+        self._store.abandon()
         if self.robot is not None:
             context.checker.on_stopped(self.robot.node)
         self.robot, self._store, self.is_paused = None, None, False
-        if not context.network.is_calm:
+        if not context.network.is_fault_free:
             is_long = context.rng.random() < 0.2
-            away_s = context.rng.uniform(3.0, 9.0) if is_long else context.rng.uniform(0.1, 2.0)
-            context.schedule.after(away_s, self.start)
+            down_s = context.rng.uniform(3.0, 9.0) if is_long else context.rng.uniform(0.1, 2.0)
+            context.schedule.after(down_s, self.start)
 
     def stop(self) -> None:
-        """End as a process does that is asked to."""
-        self._guard(self._save_and_leave)
+        """Stop as a process does on SIGTERM."""
+        self._run_guarded(self._save_and_exit)
 
-    def _save_and_leave(self) -> None:
+    def _save_and_exit(self) -> None:
         if self.robot is None or self.is_paused:
             return
-        self.context.network.remove_process(self.id, says_goodbye=True)
+        self.context.network.remove_process(self.id, closes_links=True)
         self.robot.release_body()
         self.robot.node.save()
         self.crash()
 
     def resume(self) -> None:
-        """Go on after a pause, with what has arrived meanwhile."""
+        """Continue after a pause, with the events that have arrived meanwhile."""
         self.is_paused = False
-        self._alarm_s = math.inf
+        self._timer_s = math.inf
         while self._inbox and self.robot is not None:
             event = self._inbox.popleft()
-            self._guard(partial(self._take, event))
-        self._guard(self._keep_time)
+            self._run_guarded(partial(self._handle_event, event))
+        self._run_guarded(self._handle_timers)
 
-    def be_spared(self) -> None:
-        """Nothing goes wrong any more."""
-        self._hazard.lift()
+    def end_faults(self) -> None:
+        """Run from now on without faults."""
+        self._countdown.disable()
         self.disk.clear()
         self.resume()
         self.start()
 
     @property
-    def is_living(self) -> bool:
-        """Whether it is there, has a body, and senses something."""
+    def is_operating(self) -> bool:
+        """Whether it runs, has a body, and receives observations."""
         if self.robot is None:
             return False
         silent_s = self.context.schedule.now_s - self.robot.observed_s
-        return self.robot.has_body and silent_s < 1.0
+        return self.robot.has_body and silent_s < _MAX_SILENCE_S
 
     def unix_s(self) -> float:
-        """Return what the clock of this machine says."""
-        return _BEGINNING_UNIX_S + self.context.schedule.now_s + self.clock_error_s
+        """Return the time of day by the clock of its machine."""
+        return _START_UNIX_S + self.context.schedule.now_s + self.clock_error_s
 
-    def _guard(self, do: Callable[[], None]) -> None:
-        """Do something as a process that ends where it is struck down, or where it does not know what to do."""
+    def _run_guarded(self, action: Callable[[], None]) -> None:
+        """Run an action of the process, which crashes where a fault is injected; any other error is a violation."""
         try:
-            do()
+            action()
         except (CrashError, FatalStorageError):
             self.context.checker.counts["crashes"] += 1
             self.crash(self.context.rng.random() < 0.7)
-        except StorageFullError:  # a life cannot begin
-            self.context.checker.counts["no room to begin"] += 1
+        except StorageFullError:  # an incarnation cannot start
+            self.context.checker.counts["no room to start"] += 1
             self.crash()
         except Exception as error:
             frame = traceback.extract_tb(error.__traceback__)[-1]
             where = f"{Path(frame.filename).name}:{frame.lineno}"
-            self.context.checker.complain(f"{type(error).__name__} at {where}: {error}")
+            self.context.checker.report(f"{type(error).__name__} at {where}: {error}")
             self.crash()
         else:
-            self._set_alarm()
+            self._set_timer()
 
-    # What arrives ----------------------------------------------------------------------------------------------
+    # Inbound events --------------------------------------------------------------------------------------------
 
     def deliver(self, event: InboundEvent) -> None:
-        """Take what has arrived, now or after the pause."""
+        """Handle an inbound event, now or after the pause."""
         if not self.is_paused:
-            self._guard(partial(self._take, event))
-        elif len(self._inbox) < _INBOX:
+            self._run_guarded(partial(self._handle_event, event))
+        elif len(self._inbox) < _MAX_QUEUED:
             self._inbox.append(event)
 
-    def _take(self, event: InboundEvent) -> None:
+    def _handle_event(self, event: InboundEvent) -> None:
         if self.robot is not None:
             self.robot.handle_event(self.context.schedule.now_s, event)
 
     # The clock -------------------------------------------------------------------------------------------------
 
-    def _set_alarm(self) -> None:
-        if self.robot is not None and self.robot.next_s < self._alarm_s:
-            self._alarm_s, starts = self.robot.next_s, self._starts
-            self.context.schedule.at(self._alarm_s, lambda: self._events(starts))
+    def _set_timer(self) -> None:
+        if self.robot is not None and self.robot.next_s < self._timer_s:
+            self._timer_s, starts = self.robot.next_s, self._starts
+            self.context.schedule.at(self._timer_s, lambda: self._on_timer(starts))
 
-    def _events(self, starts: int) -> None:
+    def _on_timer(self, starts: int) -> None:
         if starts == self._starts and not self.is_paused:
-            self._alarm_s = math.inf
-            self._guard(self._keep_time)
+            self._timer_s = math.inf
+            self._run_guarded(self._handle_timers)
 
-    def _keep_time(self) -> None:
+    def _handle_timers(self) -> None:
         if self.robot is not None:
             self.robot.handle_timers(self.context.schedule.now_s)

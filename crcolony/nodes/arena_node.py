@@ -1,11 +1,11 @@
-"""The arena as robots meet it: they join, act, are observed, and leave. No I/O, no clock, no threads, no selection.
+"""An arena as a peer of robots: they join, receive observations, send actions, and leave. It makes no selection.
 
-A process carries its messages (`messages.py`, "Between a robot and its body"). Robots that live in that same process
-join like all others, and then `command` their bodies and read `arena` directly.
+No I/O, no clock, no threads: a process carries its messages. Robots of that same process join like all others, and then
+set the actions of their bodies and read `arena` directly.
 
-A tick is one control period. Whoever was observed in it may answer, and in lockstep the arena waits for the answer of
-everybody who is there. A robot that joins has observed nothing yet: it is waited for from the next tick on. Whose
-process is gone from the network is not waited for; its body stays for a while, and its time to live stops it.
+A tick is one control period. Each robot with an observation may answer it with one action, and in lockstep the arena
+waits for the actions of all that are online. It waits for a new robot from the next tick on. The body of a robot that
+is offline stays for a while; the time to live of its last action stops it.
 """
 
 from collections import Counter
@@ -38,11 +38,10 @@ from crcolony.world.tick import step_world
 
 
 class ArenaNode:
-    """An arena with `config.robots` places; `world` names this run of it.
+    """An arena with `config.robots` slots for bodies; `arena_run` is the id of this run.
 
-    In lockstep the first tick waits for `expect` robots, and every other for all that are there. `find`, `lose` and
-    `remove_absent` are told by whoever watches the network. Raises ValueError as `Arena` does, and if more robots are
-    expected than there are places.
+    In lockstep the first tick waits for `expect` robots, and every later one for all that are online. Raises ValueError
+    as `Arena` does, and if more robots are expected than there are slots.
     """
 
     def __init__(
@@ -56,18 +55,18 @@ class ArenaNode:
     ) -> None:
         slots = config.robots
         if expect > slots:
-            raise ValueError(f"robots: {expect} are expected, but the arena has {slots} places")
+            raise ValueError(f"robots: {expect} are expected, but the arena has {slots} slots")
         self.arena_run = arena_run
         self.lockstep = lockstep
         self.expect = expect
         self.tick = 0
         self.arena = Arena(slots, config.arena, config.body, config.seed, embodied=False)
         self.robots: dict[RobotId, int] = {}
-        """Who has a body, and in which place"""
+        """The slot of every robot that has a body"""
         self.colonies: list[str] = []
-        """Their names; a body knows its colony by its number"""
+        """Names of the colonies, by number"""
         self.counts: Counter[str] = Counter()
-        """What was refused, by reason: full, unknown, malformed, stale, too many"""
+        """Refused requests and actions, by reason: full, unknown, malformed, stale, too many"""
         self._period_s = config.arena.control_period_s
         self._grace_s = body_grace_s
         self._body = msgspec.json.encode(config.body).decode()
@@ -75,71 +74,73 @@ class ArenaNode:
             {"arena": config.arena, "body": config.body}, MAX_ARENA_SETTINGS
         )
         self._occupants: list[RobotId | None] = [None] * slots
-        self._lost: dict[RobotId, float] = {}
+        self._offline: dict[RobotId, float] = {}
+        """Robots with a body that are offline, and since when"""
         self._actions = np.zeros((slots, contract.ACTION_WIDTH))
         self._fresh = np.zeros(slots, dtype=np.bool_)
+        """Whether the action of a slot has arrived since the last tick"""
         self._answered = np.zeros(slots, dtype=np.int64)
-        """The tick whose observation a robot answered last"""
+        """The tick of the last observation that a slot has answered"""
 
-    # Who is there ---------------------------------------------------------------------------------------------------
+    # Bodies ---------------------------------------------------------------------------------------------------------
 
     def join(self, request: Join) -> BodyGranted | BodyDenied:
-        """Give a robot a body, in the place it would like if that is free; it keeps the one that it has.
+        """Grant a robot a body, in the requested slot if that is free; a robot that has a body keeps it.
 
-        A robot that comes back under another colony gets a fresh one. It may answer observations from the next tick on.
+        A robot that joins again with another colony gets a new body. It may answer observations from the next tick on.
         """
         robot = request.robot
         slot = self.robots.get(robot)
         if slot is not None:
             if self.colony_of(robot) == request.colony:
                 self.mark_online(robot)
-                return self._embodied(slot)
+                return self._grant(slot)
             self.leave(robot)
         slot = self._free_slot(request.slot)
         if slot is None:
-            return self._refused(f"full: all {len(self._occupants)} places are taken")
+            return self._deny(f"full: all {len(self._occupants)} slots are taken")
         try:
             self.arena.embody(slot, self._number_of(request.colony))
         except ValueError as error:
-            return self._refused(f"full: {error}")
+            return self._deny(f"full: {error}")
         self.robots[robot] = slot
         self._occupants[slot] = robot
         self._actions[slot] = 0.0
         self._fresh[slot] = False
         self._answered[slot] = self.tick
-        return self._embodied(slot)
+        return self._grant(slot)
 
     def leave(self, robot: RobotId) -> None:
-        """Take a robot's body away; nothing happens if it has none."""
+        """Remove a robot's body, if it has one."""
         slot = self.robots.pop(robot, None)
         if slot is not None:
             self._occupants[slot] = None
             self._fresh[slot] = False
-            self._lost.pop(robot, None)
+            self._offline.pop(robot, None)
             self.arena.remove(slot)
 
     def mark_offline(self, robot: RobotId, now_s: float) -> None:
-        """A robot's process is gone from the network: nobody waits for it, and its body stays for a while."""
+        """Stop waiting for a robot; its body stays until `remove_absent` removes it."""
         if robot in self.robots:
-            self._lost.setdefault(robot, now_s)
+            self._offline.setdefault(robot, now_s)
 
     def mark_online(self, robot: RobotId) -> None:
-        """It is back, and waited for again; what it missed is to be sent again."""
-        self._lost.pop(robot, None)
+        """Wait for a robot again; the present observation is to be sent to it again."""
+        self._offline.pop(robot, None)
 
     def remove_absent(self, now_s: float) -> list[RobotId]:
-        """Take the bodies away of all who have been lost for too long; return who they were."""
-        gone = [robot for robot, at_s in self._lost.items() if now_s - at_s >= self._grace_s]
+        """Remove the bodies of robots that have been offline for too long; return their ids."""
+        gone = [robot for robot, at_s in self._offline.items() if now_s - at_s >= self._grace_s]
         for robot in gone:
             self.leave(robot)
         return gone
 
     def slot_of(self, robot: RobotId) -> int:
-        """Return a robot's place in the arena; raises KeyError if it has none."""
+        """Return the slot of a robot's body; raises KeyError if it has none."""
         return self.robots[robot]
 
     def occupant(self, slot: int) -> RobotId | None:
-        """Return whose body is in a place, or None."""
+        """Return the robot whose body is in a slot, or None."""
         return self._occupants[slot]
 
     def colony_of(self, robot: RobotId) -> str:
@@ -151,7 +152,7 @@ class ArenaNode:
         return wanted if wanted in free else next(iter(free), None)
 
     def _number_of(self, colony: str) -> int:
-        """Return a colony's number. There are never more of them than places: extinct ones are forgotten then."""
+        """Return a colony's number; beyond as many colonies as slots, reuse that of one without bodies."""
         if colony in self.colonies:
             return self.colonies.index(colony)
         if len(self.colonies) < len(self._occupants):
@@ -162,23 +163,23 @@ class ArenaNode:
         self.colonies[number] = colony
         return number
 
-    def _embodied(self, slot: int) -> BodyGranted:
+    def _grant(self, slot: int) -> BodyGranted:
         return BodyGranted(
             slot, self.arena_run, self.tick, self._period_s, self.lockstep, self._body
         )
 
-    def _refused(self, reason: str) -> BodyDenied:
+    def _deny(self, reason: str) -> BodyDenied:
         self.counts["full"] += 1
         return BodyDenied(reason)
 
-    # From tick to tick ----------------------------------------------------------------------------------------------
+    # Ticks --------------------------------------------------------------------------------------------------------
 
     def apply_action(self, robot: RobotId, action: Action) -> bool:
-        """Command a robot's body within its limits; return whether it will obey, and count why not.
+        """Apply a robot's action, clipped to the limits, in the next tick; return whether it is accepted.
 
-        An action answers an observation: only one that its robot had, newer than the last one answered, and in
-        lockstep the present one. In real time it must not have outlived its own time to live on the way; one that is
-        to stop everything (it has none) is never too late.
+        An action answers an observation that its robot had: newer than the last one answered, and in lockstep the
+        present one. In real time it must be younger than its own time to live; an action without one stops the body
+        and is never too late. Refused actions are counted by reason.
         """
         slot = self.robots.get(robot)
         if slot is None:
@@ -191,14 +192,14 @@ class ArenaNode:
         is_late = age > 0 if self.lockstep else 0.0 < row[contract.TTL] < age * self._period_s
         if is_late or age < 0 or action.tick <= self._answered[slot]:
             return self._refuse("stale")
-        self._take(slot, row, action.tick)
+        self._set_action(slot, row, action.tick)
         return True
 
     def set_action(self, slot: int, action: FloatArray) -> None:
-        """Command the body of a robot of this process, whose action is known to be within limits."""
-        self._take(slot, action, self.tick)
+        """Apply the action of a robot of this process in the next tick; it must be within the limits."""
+        self._set_action(slot, action, self.tick)
 
-    def _take(self, slot: int, action: FloatArray, tick: int) -> None:
+    def _set_action(self, slot: int, action: FloatArray, tick: int) -> None:
         self._actions[slot] = action
         self._fresh[slot] = True
         self._answered[slot] = tick
@@ -209,33 +210,35 @@ class ArenaNode:
 
     @property
     def waiting_for(self) -> list[RobotId]:
-        """Who is there and has not answered the present observation yet."""
-        return list(self._awaited())
+        """Robots that are online and have not answered the present observation."""
+        return list(self._robots_awaited())
 
-    def _awaited(self) -> Iterator[RobotId]:
+    def _robots_awaited(self) -> Iterator[RobotId]:
         for robot, slot in self.robots.items():
-            if self._answered[slot] < self.tick and robot not in self._lost:
+            if self._answered[slot] < self.tick and robot not in self._offline:
                 yield robot
 
     @property
     def is_ready(self) -> bool:
-        """Whether the next tick may come: always in real time, and in lockstep when nobody is waited for.
+        """Whether the next tick may start: always in real time, and in lockstep when all actions have arrived.
 
-        In lockstep time stands still where nobody is there.
+        In lockstep no tick starts while no robot is online.
         """
         if not self.lockstep:
             return True
-        is_begun = self.tick > 0 or len(self.robots) >= self.expect
-        return is_begun and len(self.robots) > len(self._lost) and not any(self._awaited())
+        is_started = self.tick > 0 or len(self.robots) >= self.expect
+        return (
+            is_started and len(self.robots) > len(self._offline) and not any(self._robots_awaited())
+        )
 
     def step(self) -> None:
-        """Let one control period pass; then everybody with a body is observed."""
+        """Simulate one control period; the observations of all bodies are then those of the new tick."""
         step_world(self.arena.world, self._actions, self._fresh)
         self._fresh[:] = False
         self.tick += 1
 
     def observation(self, robot: RobotId) -> bytes:
-        """Return what a robot's body senses in this tick, as a message; raises KeyError if it has no body."""
+        """Return the encoded observation of a robot's body in this tick; raises KeyError if it has no body."""
         row: FloatArray = self.arena.world.observations[-1, self.robots[robot]]
         contact = None
         if row[contract.ENCOUNTER] > 0.0:
@@ -245,18 +248,18 @@ class ArenaNode:
         return encode(Observation(self.arena_run, self.tick, pack_row(row), contact))
 
     def metadata(self, arena: str) -> ArenaMetadata:
-        """Return what an observer is told that asks what the arena is like."""
+        """Return the reply to an observer's metadata query; `arena` is the arena's name."""
         return ArenaMetadata(arena, self.arena_run, self._settings)
 
     def scene(self, arena: str, seq: int, unix_ms: int) -> Scene:
-        """Return what a spectator sees: of a crowd, as many as a message holds."""
+        """Return the scene for observers, with as many bodies as a message holds."""
         bodies = (
             SceneBody(robot, self.colony_of(robot), slot) for robot, slot in self.robots.items()
         )
         return make_scene(self.arena.world, bodies, arena, self.arena_run, seq, self.tick, unix_ms)
 
     def save(self) -> dict[str, Any]:
-        """Return all there is of the arena; `restore` makes one of the same config go on identically."""
+        """Return the whole state of the arena; an arena of the same config that restores it continues identically."""
         return {
             "tick": self.tick,
             "arena": self.arena.save(),
@@ -268,7 +271,7 @@ class ArenaNode:
         }
 
     def restore(self, saved: Mapping[str, Any]) -> None:
-        """Become a saved arena of the same config, with nobody lost; raises ValueError if it does not fit."""
+        """Restore a saved state with all robots online; raises ValueError if it is of another config."""
         self.arena.restore(saved["arena"])
         self.tick = saved["tick"]
         self.robots = {bytes.fromhex(robot): slot for robot, slot in saved["robots"].items()}
@@ -276,7 +279,7 @@ class ArenaNode:
         self._occupants = [None] * len(self._occupants)
         for robot, slot in self.robots.items():
             self._occupants[slot] = robot
-        self._lost.clear()
+        self._offline.clear()
         self._actions[...] = saved["actions"]
         self._fresh[...] = saved["fresh"]
         self._answered[...] = saved["answered"]

@@ -1,6 +1,6 @@
-"""Where robots are received in an arena: what they say and do becomes what happens there. No clock, no threads.
+"""The server side of an arena: requests and actions of robots, and queries of observers. No clock, no threads.
 
-`processes/arena.py` runs it by the clock of this machine, and `simulation/` in virtual time.
+An arena's process runs it by the clock of its machine, and the fault simulation in virtual time.
 """
 
 from collections.abc import Callable
@@ -18,33 +18,36 @@ from crcolony.transport.interface import (
     RobotOnline,
 )
 
-_LINES_PER_S, _ANSWERS_PER_S = 100.0, 100.0
-"""What strangers can make an arena say, at most"""
-_MAX_REFUSED = 1000
+_MAX_LINES_PER_S = 100.0
+"""Lines that peers can make an arena print."""
+_MAX_REPLIES_PER_S = 100.0
+"""Replies to metadata queries."""
+_MAX_DENIED = 1000
+"""Robots that were denied a body and are remembered, so that each is printed once."""
 
 
 class ArenaServer:
-    """Carries out in an arena what arrives for it. `forget` hears who has left; `say` tells a person.
+    """Carries out in an arena what arrives for it. `name` is the arena's name for observers.
 
-    `name` is what observers are told that the arena is called.
+    `on_leave` receives every robot whose body is removed, `print_line` what a person should read.
     """
 
     def __init__(
         self,
         node: ArenaNode,
-        forget: Callable[[RobotId], None] = lambda robot: None,
+        on_leave: Callable[[RobotId], None] = lambda robot: None,
         print_line: Callable[[str], None] = lambda line: None,
         name: str = "arena",
     ) -> None:
-        self._node, self._forget, self._print_line, self._name = node, forget, print_line, name
-        self._lines, self._answered = TokenBucket(_LINES_PER_S), TokenBucket(_ANSWERS_PER_S)
-        self._refused: dict[RobotId, None] = {}
-        """Who was told, so that it is said once"""
+        self._node, self._on_leave, self._print_line, self._name = node, on_leave, print_line, name
+        self._line_limit = TokenBucket(_MAX_LINES_PER_S)
+        self._reply_limit = TokenBucket(_MAX_REPLIES_PER_S)
+        self._denied: dict[RobotId, None] = {}
         self._sessions: dict[RobotId, set[str]] = {}
-        """Where every robot is on the network"""
+        """Sessions in which each robot is online"""
 
     def handle_event(self, now_s: float, event: InboundEvent) -> None:
-        """See to what has arrived."""
+        """Handle an inbound event."""
         match event:
             case ActionReceived(robot=robot, action=data):
                 try:
@@ -52,9 +55,9 @@ class ArenaServer:
                 except WireError:
                     self._node.counts["malformed"] += 1
             case QueryReceived(topic="join", payload=payload, reply=reply):
-                self._answer(now_s, payload, reply)
+                self._handle_join_query(now_s, payload, reply)
             case QueryReceived(topic="metadata", payload=payload, reply=reply):
-                self._answer_about(now_s, payload, reply)
+                self._reply_metadata(now_s, payload, reply)
             case RobotOnline(robot=robot, session=session):
                 self._sessions.setdefault(robot, set()).add(session)
                 self._node.mark_online(robot)
@@ -66,57 +69,59 @@ class ArenaServer:
                     self._node.mark_offline(robot, now_s)
 
     def remove_absent(self, now_s: float) -> None:
-        """Take the bodies away of all who have been gone for too long."""
+        """Remove the bodies of robots that have been offline for too long."""
         for robot in self._node.remove_absent(now_s):
-            self._print_line(f"robot {robot.hex()[:8]} did not come back; its body is removed")
-            self._forget(robot)
+            self._print_line(f"robot {robot.hex()[:8]} did not return; its body is removed")
+            self._on_leave(robot)
 
-    def _answer(self, now_s: float, payload: bytes, answer: Callable[[bytes], None]) -> None:
+    def _handle_join_query(
+        self, now_s: float, payload: bytes, reply: Callable[[bytes], None]
+    ) -> None:
         try:
             request = decode_join(payload)
         except WireError as error:
             self._node.counts["malformed"] += 1
-            self._say_of_strangers(now_s, f"malformed request for a body: {error}")
+            self._print_limited(now_s, f"malformed request for a body: {error}")
             return
         if isinstance(request, Leave):
-            self._dismiss(now_s, request.robot)
+            self._handle_leave(now_s, request.robot)
         else:
-            self._admit(now_s, request, answer)
+            self._handle_join(now_s, request, reply)
 
-    def _answer_about(self, now_s: float, payload: bytes, answer: Callable[[bytes], None]) -> None:
+    def _reply_metadata(self, now_s: float, payload: bytes, reply: Callable[[bytes], None]) -> None:
         if payload:
             self._node.counts["malformed"] += 1
-        elif self._answered.allow(now_s):
-            answer(encode(self._node.metadata(self._name)))
+        elif self._reply_limit.allow(now_s):
+            reply(encode(self._node.metadata(self._name)))
         else:
             self._node.counts["too many"] += 1
 
-    def _dismiss(self, now_s: float, robot: RobotId) -> None:
+    def _handle_leave(self, now_s: float, robot: RobotId) -> None:
         slot = self._node.robots.get(robot)
         if slot is not None:
-            self._say_of_strangers(now_s, f"robot {robot.hex()[:8]} leaves place {slot}")
+            self._print_limited(now_s, f"robot {robot.hex()[:8]} leaves slot {slot}")
             self._node.leave(robot)
-            self._forget(robot)
+            self._on_leave(robot)
 
-    def _admit(self, now_s: float, request: Join, answer: Callable[[bytes], None]) -> None:
+    def _handle_join(self, now_s: float, request: Join, reply: Callable[[bytes], None]) -> None:
         node, robot = self._node, request.robot
         is_new = robot not in node.robots
-        reply = node.join(request)
-        answer(encode(reply))
+        answer = node.join(request)
+        reply(encode(answer))
         name = f"robot {robot.hex()[:8]} of colony {request.colony}"
-        if isinstance(reply, BodyDenied):
-            if robot not in self._refused:
-                self._refused[robot] = None
-                self._say_of_strangers(now_s, f"{name} gets no place: {reply.reason}")
-                if len(self._refused) > _MAX_REFUSED:
-                    self._refused.clear()
+        if isinstance(answer, BodyDenied):
+            if robot not in self._denied:
+                self._denied[robot] = None
+                self._print_limited(now_s, f"{name} gets no slot: {answer.reason}")
+                if len(self._denied) > _MAX_DENIED:
+                    self._denied.clear()
             return
         if robot not in self._sessions:
-            node.mark_offline(robot, now_s)  # until it is on the network
+            node.mark_offline(robot, now_s)  # until its liveliness token arrives
         if is_new:
-            self._say_of_strangers(now_s, f"{name} gets place {node.robots[robot]}")
+            self._print_limited(now_s, f"{name} gets slot {node.robots[robot]}")
 
-    def _say_of_strangers(self, now_s: float, line: str) -> None:
-        """Say what anybody can make an arena say, but not without end."""
-        if self._lines.allow(now_s):
+    def _print_limited(self, now_s: float, line: str) -> None:
+        """Print a line that any peer can cause, within the rate limit."""
+        if self._line_limit.allow(now_s):
             self._print_line(line)

@@ -1,50 +1,52 @@
-"""The recent events of one robot process, kept for observers that missed some of them."""
+"""The recent events of one robot, kept for observers that missed some of them."""
 
 import itertools
 from collections import deque
-from typing import Any
 
-from crcolony.protocol.codec import (
-    MAX_ENVELOPE_BYTES,
-    encode,
-)
+from crcolony.protocol.codec import MAX_ENVELOPE_BYTES, encode
+from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import (
     MAX_HISTORY_EVENTS,
     EventMessage,
     HistoryReply,
     HistoryRequest,
+    RobotEvent,
 )
 
-_RING = 10_000
-"""Events that a robot keeps for observers who missed them."""
+_MAX_EVENTS = 10_000
+"""Events that a robot keeps; older ones are discarded."""
 
 
 class EventBuffer:
-    """The recent events of one life, encoded and numbered, for those who missed some."""
+    """The recent events of one incarnation, encoded and numbered from 1."""
 
-    def __init__(self, robot: bytes, incarnation: int) -> None:
+    def __init__(self, robot: RobotId, incarnation: int) -> None:
         self.seq = 0
-        self._robot, self._life = robot, incarnation
-        self._kept: deque[bytes] = deque(maxlen=_RING)
+        """Sequence number of the last event"""
+        self._robot, self._incarnation = robot, incarnation
+        self._messages: deque[bytes] = deque(maxlen=_MAX_EVENTS)
 
-    def append(self, event: Any, unix_ms: int) -> bytes:
-        """Number an event, keep it, and return it as it is published."""
+    def append(self, event: RobotEvent, unix_ms: int) -> bytes:
+        """Number an event, keep it, and return the message to publish."""
         self.seq += 1
-        message = encode(EventMessage(self._robot, self._life, self.seq, unix_ms, event))
-        self._kept.append(message)
+        message = encode(EventMessage(self._robot, self._incarnation, self.seq, unix_ms, event))
+        self._messages.append(message)
         return message
 
-    def reply_to(self, ask: HistoryRequest) -> HistoryReply:
-        """Return the events from the asked number on, as many as are kept and fit into one answer."""
-        oldest = self.seq - len(self._kept) + 1
-        if ask.incarnation != self._life:
-            return HistoryReply(self._life, oldest, [])
-        start = max(ask.first, oldest) - oldest
-        message: list[bytes] = []
-        room = MAX_ENVELOPE_BYTES
-        for data in itertools.islice(self._kept, start, start + MAX_HISTORY_EVENTS):
-            room -= len(data)
-            if room < 0:
+    def reply_to(self, request: HistoryRequest) -> HistoryReply:
+        """Return the events from the requested number on, as many as are kept and fit into one reply.
+
+        A request about another incarnation gets no events.
+        """
+        oldest = self.seq - len(self._messages) + 1
+        if request.incarnation != self._incarnation:
+            return HistoryReply(self._incarnation, oldest, [])
+        start = max(request.first, oldest) - oldest
+        messages: list[bytes] = []
+        free_bytes = MAX_ENVELOPE_BYTES
+        for message in itertools.islice(self._messages, start, start + MAX_HISTORY_EVENTS):
+            free_bytes -= len(message)
+            if free_bytes < 0:
                 break
-            message.append(data)
-        return HistoryReply(self._life, oldest, message)
+            messages.append(message)
+        return HistoryReply(self._incarnation, oldest, messages)

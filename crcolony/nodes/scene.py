@@ -1,4 +1,4 @@
-"""A world as a spectator sees it: who is where, looks whither, and shows what; and where the battery packs are."""
+"""The scene of an arena: the pose and signals of every body, and the battery packs, for observers."""
 
 import itertools
 from collections.abc import Iterable
@@ -11,12 +11,14 @@ from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import Scene, ScenePack, SceneRobot
 from crcolony.world.state import World
 
-MAX_ROBOTS, MAX_PACKS = 1_000, 2_000
-"""As many fit into a scene's bytes, however long the names of their colonies are."""
+MAX_ROBOTS = 1_000
+"""As many bodies fit into a scene's bytes, however long the names of their colonies are."""
+MAX_PACKS = 2_000
+"""As many battery packs fit beside them."""
 
 
 class SceneBody(NamedTuple):
-    """Whose body is in which place of a world."""
+    """The robot, and its colony, whose body is in a slot of a world."""
 
     robot: RobotId
     colony: str
@@ -32,7 +34,7 @@ def make_scene(
     tick: int,
     unix_ms: int,
 ) -> Scene:
-    """Return a scene: of a crowd, as many as a message holds. `number` names this run of the arena."""
+    """Return the scene of a world, with as many bodies and packs as a message holds; `number` is the arena's run."""
     rules = world.rules
     packs = np.hstack([world.packs, world.pack_colours, world.pack_charges[:, None]])
     return Scene(
@@ -44,18 +46,18 @@ def make_scene(
         period_s=rules.period_s,
         width_m=rules.width_m,
         height_m=rules.height_m,
-        robots=[_seen(world, one) for one in itertools.islice(bodies, MAX_ROBOTS)],
+        robots=[_scene_robot(world, body) for body in itertools.islice(bodies, MAX_ROBOTS)],
         packs=[ScenePack(*pack) for pack in packs[:MAX_PACKS].tolist()],
     )
 
 
-def _seen(world: World, one: SceneBody) -> SceneRobot:
-    x_m, y_m, heading_rad = world.poses[one.slot].tolist()
-    action = world.actions[one.slot].tolist()
+def _scene_robot(world: World, body: SceneBody) -> SceneRobot:
+    x_m, y_m, heading_rad = world.poses[body.slot].tolist()
+    action = world.actions[body.slot].tolist()
     red, green, blue = action[contract.LED : contract.LED + 3]
     return SceneRobot(
-        robot=one.robot,
-        colony=one.colony,
+        robot=body.robot,
+        colony=body.colony,
         x_m=x_m,
         y_m=y_m,
         heading_rad=heading_rad,
@@ -63,5 +65,5 @@ def _seen(world: World, one: SceneBody) -> SceneRobot:
         red=red,
         green=green,
         blue=blue,
-        holds=bool(world.holding[one.slot] >= 0),
+        holds=bool(world.holding[body.slot] >= 0),
     )

@@ -1,4 +1,4 @@
-"""What a process prints for the person who started it."""
+"""What a process prints for its user."""
 
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import EncounterOutcome, Exchanged, RobotEvent
@@ -16,3 +16,10 @@ def print_event(robot: RobotId, event: RobotEvent) -> None:
         text = format_event(robot, event, lambda peer: peer.hex()[:8])
         if text is not None:
             print_line(text)
+
+
+def format_clock(wall_period_s: float | None) -> str:
+    """Return the clock of an arena as text; `wall_period_s` None is lockstep."""
+    if wall_period_s is None:
+        return "in lockstep"
+    return f"{1.0 / wall_period_s:.3g} control periods a second"

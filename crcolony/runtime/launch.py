@@ -1,7 +1,7 @@
-"""Starts an arena and robots on this machine, each its own process, keeps them alive, and shows how they are.
+"""Starts an arena and robots on this machine, each its own process, restarts those that die, and shows their state.
 
-It is a convenience and in charge of nothing: kill it, and the colony lives on. What dies is started again from its own
-memory, a few times; what says that something outside is wrong is not.
+It is a convenience and controls nothing: if it is killed, the colony continues. A process that dies is restarted from
+its own storage, a few times; one that exits because of wrong input is not.
 """
 
 import contextlib
@@ -11,7 +11,6 @@ import threading
 import time
 from collections.abc import Iterator
 
-import zenoh
 from rich.console import Console
 from rich.live import Live
 
@@ -20,101 +19,101 @@ from crcolony.errors import EXIT_OK
 from crcolony.protocol.identity import seeded_key, write_key
 from crcolony.results.run_folder import keep_config
 from crcolony.results.run_report import print_run_report
+from crcolony.runtime.console import format_clock
+from crcolony.runtime.launch_plan import LaunchOptions, child_processes, choose_networks
 from crcolony.runtime.start_robot import warm_up
-from crcolony.runtime.supervisor import (
-    ChildProcess,
-    LaunchOptions,
-    address_in,
-    children_of,
-    is_repeatable,
-    networks_of,
-)
+from crcolony.runtime.supervisor import ChildProcess, dashboard_address
 from crcolony.shutdown import ShutdownSignal
 from crcolony.storage.files import KEY_FILE, make_folder
 from crcolony.telemetry.subscriber import TelemetrySubscriber
 from crcolony.telemetry.terminal_view import plain_line, table_of
 from crcolony.transport.interface import NetworkError
-from crcolony.transport.zenoh_session import HERE, NetworkSettings, open_session
+from crcolony.transport.zenoh_session import HERE, NetworkSettings, Session, open_session
 
 _REFRESH_S = 0.25
-_PATIENCE_S = 10.0
-_PLAIN_LINES_S = 5.0
-_GRACE_S = 5.0
-"""How long a process may take to save and end before it is killed."""
+_ROUTER_TIMEOUT_S = 10.0
+"""How long to retry to connect to a router that has just been started."""
+_STATUS_PERIOD_S = 5.0
+"""How often a status line is printed where there is no terminal."""
+_SHUTDOWN_TIMEOUT_S = 5.0
+"""How long a process may take to save and exit before it is killed."""
 
 
 def run_launch(launch: LaunchOptions) -> int:
-    """Run until told to stop or until all robots are done; say what has come of it. Raises Refusal."""
+    """Run until stopped or until all robots are done, and print a report; return the exit code.
+
+    Raises CrcolonyError for wrong input.
+    """
     console = Console()
     _prepare(launch)
-    networks = networks_of(launch)
-    children = children_of(launch, networks)
-    _greet(console, launch, networks.endpoint)
+    networks = choose_networks(launch)
+    children = child_processes(launch, networks)
+    _print_start(console, launch, networks.endpoint)
     started_s = time.monotonic()
-    with _running(children, launch.config), _session(networks.robots) as session:
-        woken = threading.Event()
-        stop = ShutdownSignal(launch.minutes, wake=woken.set)
+    with _running(children, launch.config), _open_session(networks.robots) as session:
+        wake = threading.Event()
+        stop = ShutdownSignal(launch.minutes, wake=wake.set)
         signal.signal(signal.SIGHUP, lambda *_: os.kill(os.getpid(), signal.SIGTERM))
-        _attend(console, children, TelemetrySubscriber(session, launch.colony), stop, woken)
+        _supervise(console, children, TelemetrySubscriber(session, launch.colony), stop, wake)
     console.print(f"stopped after {time.monotonic() - started_s:.0f} s", highlight=False)
     print_run_report(console, launch.folder, launch.config)
-    needed = [child for child in children if not child.only_watches]
+    needed = [child for child in children if not child.is_observer]
     return EXIT_OK if not any(child.ended not in ("", "done") for child in needed) else 1
 
 
-def _attend(
+def _supervise(
     console: Console,
     children: list[ChildProcess],
     subscriber: TelemetrySubscriber,
     stop: ShutdownSignal,
-    woken: threading.Event,
+    wake: threading.Event,
 ) -> None:
-    """Show the colony and look after the processes until it is over."""
+    """Show the colony and restart its processes until it is over."""
     robots = [child for child in children if child.is_robot]
-    said_s, is_discovered = time.monotonic(), False
-    shown_at: set[str] = set()
-    started_s = time.monotonic()
+    started_s = status_s = time.monotonic()
+    is_discovered = False
+    addresses: set[str] = set()
     with _display(console) as live:
         while not stop() and not _is_over(children):
-            woken.wait(_REFRESH_S)
+            wake.wait(_REFRESH_S)
             now_s = time.monotonic()
             subscriber.poll()
             for child in children:
-                changes = child.restart_if_dead(now_s) or _where(child, shown_at)
-                if changes:
-                    console.print(changes, highlight=False, soft_wrap=True)
-            if not is_discovered and _all_see_all(subscriber, len(robots)):
+                line = child.restart_if_dead(now_s) or _new_address(child, addresses)
+                if line:
+                    console.print(line, highlight=False, soft_wrap=True)
+            if not is_discovered and _are_all_online(subscriber, len(robots)):
                 is_discovered = True
                 console.print(
-                    f"{len(robots)} robots see each other after {now_s - started_s:.1f} s",
+                    f"{len(robots)} robots are connected after {now_s - started_s:.1f} s",
                     highlight=False,
                 )
             if live is not None:
                 live.update(table_of(subscriber.monitor, time.time()))
-            elif now_s - said_s >= _PLAIN_LINES_S:
-                said_s = now_s
+            elif now_s - status_s >= _STATUS_PERIOD_S:
+                status_s = now_s
                 console.print(plain_line(subscriber.monitor), highlight=False, soft_wrap=True)
 
 
-def _where(child: ChildProcess, said: set[str]) -> str | None:
-    """Say once where a dashboard is to be seen."""
-    address = address_in(child.log) if child.only_watches and not said else None
+def _new_address(child: ChildProcess, printed: set[str]) -> str | None:
+    """Return a line with the address of a dashboard, once."""
+    address = dashboard_address(child.log) if child.is_observer and not printed else None
     if address is None:
         return None
-    said.add(address)
+    printed.add(address)
     return f"dashboard: {address}"
 
 
 def _is_over(children: list[ChildProcess]) -> bool:
-    """Whether all robots are done, or the arena or router will not run."""
+    """Return whether all robots are done, or the arena or the router has ended."""
     robots = [child.is_over for child in children if child.is_robot]
-    nature = [child for child in children if not child.is_robot and not child.only_watches]
-    return all(robots) or any(child.is_over for child in nature)
+    needed = [child for child in children if not child.is_robot and not child.is_observer]
+    return all(robots) or any(child.is_over for child in needed)
 
 
-def _session(network: NetworkSettings) -> zenoh.Session:
-    """Watch through the network of the robots; a router that has just been started may need a moment."""
-    until_s = time.monotonic() + _PATIENCE_S
+def _open_session(network: NetworkSettings) -> Session:
+    """Connect to the network of the robots; retry while a router that has just been started is not ready."""
+    until_s = time.monotonic() + _ROUTER_TIMEOUT_S
     while True:
         try:
             return open_session(network)
@@ -123,7 +122,8 @@ def _session(network: NetworkSettings) -> zenoh.Session:
                 raise
 
 
-def _all_see_all(subscriber: TelemetrySubscriber, count: int) -> bool:
+def _are_all_online(subscriber: TelemetrySubscriber, count: int) -> bool:
+    """Return whether so many robots each have all others as peers."""
     states = [status.state for status in subscriber.monitor.alive]
     return sum(s is not None and s.peers >= count - 1 for s in states) >= count
 
@@ -139,12 +139,12 @@ def _display(console: Console) -> Iterator[Live | None]:
 
 @contextlib.contextmanager
 def _running(children: list[ChildProcess], config: Config) -> Iterator[None]:
-    """Run processes; robots first, then the arena, are asked to save and end when this is left."""
+    """Run processes inside the context; at its end terminate the robots first, then the rest, and wait for each."""
     try:
         for child in children:
             if not child.is_robot:
                 child.start(time.monotonic())
-        warm_up(config)  # compiles once for all robots, while the arena gets ready
+        warm_up(config)  # compiles once for all robots, while the arena starts
         for child in children:
             if child.is_robot:
                 child.start(time.monotonic())
@@ -154,37 +154,36 @@ def _running(children: list[ChildProcess], config: Config) -> Iterator[None]:
             group = [child for child in children if child.is_robot == is_robot]
             for child in group:
                 child.terminate()
-            until_s = time.monotonic() + _GRACE_S
+            until_s = time.monotonic() + _SHUTDOWN_TIMEOUT_S
             for child in group:
                 child.wait(until_s)
 
 
 def _prepare(launch: LaunchOptions) -> None:
-    """Make the results folder, with the config and the keys of a repeatable run."""
+    """Create the folder of the run, with the config and the keys of a repeatable run."""
     make_folder(launch.folder)
     keep_config(launch.folder, launch.config)
     for number in range(launch.count):
         folder = launch.folder / "robots" / str(number)
         make_folder(folder)
-        if is_repeatable(launch) and not (folder / KEY_FILE).exists():
+        if launch.is_repeatable and not (folder / KEY_FILE).exists():
             write_key(folder / KEY_FILE, seeded_key(launch.colony, launch.config.seed, number))
 
 
-def _greet(console: Console, launch: LaunchOptions, endpoint: str) -> None:
-    clock = (
-        "in lockstep, as fast as possible"
-        if launch.wall_period_s is None
-        else f"{1.0 / launch.wall_period_s:.3g} control periods a second"
-    )
+def _print_start(console: Console, launch: LaunchOptions, endpoint: str) -> None:
+    clock = format_clock(launch.wall_period_s)
+    if launch.wall_period_s is None:
+        clock += ", as fast as possible"
     what = f"{launch.count} robots" + (
-        f" for arena {launch.arena} elsewhere" if launch.robots_only else f" and an arena, {clock}"
+        f" for arena {launch.arena}" if launch.robots_only else f" and an arena, {clock}"
     )
     console.print(
         f"{what}, each its own process, into {launch.folder}", highlight=False, soft_wrap=True
     )
     where = "" if endpoint == HERE else f" --connect {endpoint}"
-    where = f" {endpoint}" if endpoint.startswith("--") else where
-    watching = f"watch from elsewhere: crcolony top{where}"
+    if endpoint.startswith("--"):
+        where = f" {endpoint}"
+    hint = f"watch it with: crcolony top{where}"
     if not launch.has_dashboard:
-        watching += f", or in a browser: crcolony dashboard --web{where}"
-    console.print(watching, highlight=False, soft_wrap=True)
+        hint += f", or in a browser: crcolony dashboard --web{where}"
+    console.print(hint, highlight=False, soft_wrap=True)

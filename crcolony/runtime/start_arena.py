@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from crcolony.config import Config, ConfigError
-from crcolony.runtime.console import print_line
+from crcolony.runtime.console import format_clock, print_line
 from crcolony.shutdown import ShutdownSignal
 from crcolony.storage.files import ARENA_CHECKPOINT, make_folder
 from crcolony.transport.inbox import Inbox
@@ -24,28 +24,30 @@ def run_arena(
     expect: int,
     folder: Path | None,
 ) -> None:
-    """Run an arena until told to stop; `wall_period_s` None is lockstep. Raises Refusal.
+    """Run an arena until it is stopped; `wall_period_s` None is lockstep. Raises CrcolonyError for wrong input.
 
-    It is on the network at once, so that robots find each other while the world is imported and compiled.
+    The session is open before the world is imported and compiled, so that robots find each other meanwhile.
     """
     inbox = Inbox()
     stop = ShutdownSignal(wake=inbox.wake)
     arena_run = secrets.randbelow(2**62)
     with open_session(network) as session:
-        from crcolony.runtime.arena_process import ArenaProcess, restore_arena
+        from crcolony.runtime.arena_process import ArenaProcess
+        from crcolony.runtime.networked_arena import NetworkedArena, restore_arena
 
-        new_arena(config, 0, lockstep=False, expect=0).step()  # compiles before anybody waits
+        new_arena(config, 0, lockstep=False, expect=0).step()  # compiles before a clock runs
         node = new_arena(config, arena_run, wall_period_s is None, expect)
         checkpoint = None
         if folder is not None:
             make_folder(folder)
             checkpoint = folder / ARENA_CHECKPOINT
             if restore_arena(node, checkpoint):
-                print_line(f"goes on from tick {node.tick}")
+                print_line(f"resumes at tick {node.tick}")
         transport = ArenaTransport(session, name, arena_run, inbox.deliver)
-        process = ArenaProcess(node, name, transport, inbox, wall_period_s, checkpoint, print_line)
-        print_line(f"arena {name} with {config.robots} places, {_clock_in_words(wall_period_s)}")
-        process.run(stop)
+        arena = NetworkedArena(node, name, transport, checkpoint, print_line)
+        process = ArenaProcess(arena, inbox)
+        print_line(f"arena {name} with {config.robots} slots, {format_clock(wall_period_s)}")
+        process.run(stop, wall_period_s)
         print_line(f"stopped at tick {node.tick}")
 
 
@@ -60,16 +62,10 @@ def new_arena(config: Config, arena_run: int, lockstep: bool, expect: int) -> "A
 
 
 def run_router(network: NetworkSettings) -> None:
-    """Carry the messages of clients until told to stop: any number of routers stand in for each other."""
+    """Route the messages of clients until stopped. Routers hold no state: any of them can replace another."""
     inbox = Inbox()
     stop = ShutdownSignal(wake=inbox.wake)
     with open_session(network):
         print_line(f"router at {', '.join(network.listen)}")
         while not stop():
             inbox.get(1.0)
-
-
-def _clock_in_words(wall_period_s: float | None) -> str:
-    if wall_period_s is None:
-        return "in lockstep"
-    return f"{1.0 / wall_period_s:.3g} control periods a second"

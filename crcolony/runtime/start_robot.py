@@ -1,18 +1,19 @@
-"""From options to a running process: an arena, a robot, a router. What was opened is closed, whatever happens.
+"""From options to the running process of a robot. Everything that is opened is closed, whatever happens.
 
-A robot is simulated or not, and never needs the world: it is imported for an arena alone, since that takes longer than
-all the rest of a robot's start.
+A robot never imports the simulated world, which would take longer than all the rest of its start.
 """
 
 import contextlib
 import time
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from crcolony.body.contract import OBSERVATION_WIDTH
 from crcolony.config import Config
+from crcolony.nodes.node_inputs import ColonyMember, EmbodimentOptions, NodeResources
 from crcolony.nodes.robot_node import RobotNode
 from crcolony.protocol.identity import AllowList, create_key, load_key
 from crcolony.robot.factory import make_robots, numbered_streams, own_streams
@@ -28,7 +29,7 @@ from crcolony.transport.zenoh_session import NetworkSettings, open_session
 
 @dataclass(frozen=True)
 class RobotOptions:
-    """How one robot is run."""
+    """How one robot is run. `number` is the arena slot that it requests; -1: any."""
 
     config: Config
     folder: Path
@@ -36,15 +37,20 @@ class RobotOptions:
     arena: str
     network: NetworkSettings
     key: Path | None = None
-    """None: the folder's own, made if it is missing"""
+    """None: the key in the folder, created if it is missing"""
     number: int = -1
     is_repeatable: bool = False
+    """Whether its randomness is that of its number in a seeded colony, not its own"""
     allow: Path | None = None
+    """File with the ids of the robots that it mates with; None: any"""
     snapshot_s: float = 10.0
 
 
 def run_robot(options: RobotOptions) -> None:
-    """Run a robot until told to stop; raises Refusal for what is wrong outside, Broken when its disk fails."""
+    """Run a robot until it is stopped or done.
+
+    Raises CrcolonyError for wrong input, and FatalStorageError when its disk fails.
+    """
     inbox = Inbox()
     stop = ShutdownSignal(wake=inbox.wake)
     make_folder(options.folder)
@@ -67,27 +73,17 @@ def run_robot(options: RobotOptions) -> None:
         session = open_session(options.network)
         transport = RobotTransport(session, options.colony, options.arena, inbox.deliver)
         opened.callback(transport.close)
-        node = RobotNode(
-            identity,
-            options.colony,
-            number,
-            robot,
-            batch,
-            store,
-            incarnation,
-            transport,
-            allow,
-            on_event=lambda event: print_event(identity.id, event),
+        member = ColonyMember(identity, options.colony, number, incarnation)
+        resources = NodeResources(
+            store, transport, time.time, on_event=partial(print_event, identity.id)
         )
+        node = RobotNode(member, robot, batch, resources, allow)
         print_line(f"robot {identity.id.hex()} of colony {options.colony}")
         process = RobotProcess(
             node,
             transport,
             inbox,
-            config,
-            options.arena,
-            options.number,
-            options.snapshot_s,
+            EmbodimentOptions(config, options.arena, options.number, options.snapshot_s),
             lambda: open_session(options.network),
             print_line,
         )
@@ -96,7 +92,7 @@ def run_robot(options: RobotOptions) -> None:
 
 
 def warm_up(config: Config) -> None:
-    """Load the compiled control step before anybody counts on an answer."""
+    """Load the compiled control step before a clock runs."""
     _, _, (robot,) = make_robots(config, ["0"], numbered_streams(0, 0, 1))
     robot.start()
     robot.step(np.zeros(OBSERVATION_WIDTH))

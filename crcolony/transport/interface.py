@@ -1,7 +1,7 @@
-"""The seam between a colony and whatever carries its bytes: Zenoh, or the lossy network of `simulation/`.
+"""The interface between a colony and what carries its bytes: Zenoh, or the simulated network of the fault simulation.
 
-What goes out are calls of a `Transport`; what comes in are `InboundEvent`s, handed to one function that must only enqueue
-them. Nothing here knows what the bytes mean.
+Outbound bytes are calls of a `Transport`; inbound ones are `InboundEvent`s, passed to one function that must only
+enqueue them. Nothing here decodes the bytes.
 """
 
 from collections.abc import Callable
@@ -18,7 +18,7 @@ class NetworkError(CrcolonyError):
 
 @dataclass(frozen=True)
 class EnvelopeReceived:
-    """A letter for a robot here."""
+    """A signed envelope for a robot of this process."""
 
     to: RobotId
     envelope: bytes
@@ -26,7 +26,7 @@ class EnvelopeReceived:
 
 @dataclass(frozen=True)
 class RobotOnline:
-    """A robot is on the network. `life` is its incarnation, `session` the transport's name for its process."""
+    """A robot's liveliness token has appeared; `session` is the transport's name of the robot's process."""
 
     robot: RobotId
     incarnation: int
@@ -35,7 +35,7 @@ class RobotOnline:
 
 @dataclass(frozen=True)
 class RobotOffline:
-    """A robot, in one life, is on the network no more."""
+    """A robot's liveliness token, of one incarnation and session, has gone."""
 
     robot: RobotId
     incarnation: int
@@ -44,7 +44,7 @@ class RobotOffline:
 
 @dataclass(frozen=True)
 class IncompatiblePeer:
-    """A robot of this colony speaks another version of the protocol (it may speak this one, too)."""
+    """A robot of this colony has a token of another version of the protocol; it may have one of this version, too."""
 
     robot: RobotId
     version: int
@@ -52,21 +52,21 @@ class IncompatiblePeer:
 
 @dataclass(frozen=True)
 class ArenaOnline:
-    """The arena is on the network."""
+    """The arena's liveliness token has appeared."""
 
     arena_run: int
 
 
 @dataclass(frozen=True)
 class ArenaOffline:
-    """The arena is not on the network any more."""
+    """The arena's liveliness token has gone."""
 
     arena_run: int
 
 
 @dataclass(frozen=True)
 class JoinReplyReceived:
-    """The arena's answer to a robot that asked for a body; empty if it said nothing."""
+    """The arena's reply to a robot's request for a body."""
 
     robot: RobotId
     reply: bytes
@@ -74,7 +74,7 @@ class JoinReplyReceived:
 
 @dataclass(frozen=True)
 class ObservationReceived:
-    """What a robot's body senses."""
+    """An observation of a robot's body."""
 
     robot: RobotId
     observation: bytes
@@ -82,14 +82,14 @@ class ObservationReceived:
 
 @dataclass(frozen=True)
 class SceneReceived:
-    """What the arena shows to everybody, while somebody here is being looked for."""
+    """A scene of the arena, while a robot of this process subscribes to it."""
 
     scene: bytes
 
 
 @dataclass(frozen=True)
 class ActionReceived:
-    """What a robot commands its body (for an arena)."""
+    """An action of a robot, for the arena."""
 
     robot: RobotId
     action: bytes
@@ -97,11 +97,11 @@ class ActionReceived:
 
 @dataclass(frozen=True)
 class QueryReceived:
-    """A question that must be answered once, by calling `answer`."""
+    """A query that is answered, at most once, by calling `reply`."""
 
     topic: Literal["join", "history", "metadata"]
     robot: RobotId
-    """Who is asked; empty: the arena"""
+    """The robot that is queried; empty: the arena"""
     payload: bytes
     reply: Callable[[bytes], None]
 
@@ -123,26 +123,26 @@ Deliver = Callable[[InboundEvent], None]
 
 
 class Transport(Protocol):
-    """Carries a robot's bytes. No call waits for the other side; whatever is sent may be lost."""
+    """Carries a robot's bytes. No call blocks, and everything that is sent may be lost."""
 
     def send_envelope(self, to: RobotId, envelope: bytes) -> None:
-        """Post a letter to another robot of the colony."""
+        """Send an envelope to another robot of the colony."""
         ...
 
     def request_body(self, robot: RobotId, request: bytes) -> None:
-        """Ask the arena for a body; the answer arrives as `JoinReplyReceived`."""
+        """Send the arena a request to join or leave; the reply arrives as `JoinReplyReceived`."""
         ...
 
     def publish_action(self, robot: RobotId, action: bytes) -> None:
-        """Command the body of a robot here."""
+        """Publish an action of a robot of this process."""
         ...
 
     def publish_telemetry(
         self, robot: RobotId, topic: Literal["state", "event"], data: bytes
     ) -> None:
-        """Publish telemetry of a robot here."""
+        """Publish telemetry of a robot of this process."""
         ...
 
-    def subscribe_scene(self, is_searching: bool) -> None:
-        """Let what the arena shows to everybody arrive as `SceneReceived`, or not."""
+    def subscribe_scene(self, is_needed: bool) -> None:
+        """Deliver the arena's scenes as `SceneReceived` while they are needed."""
         ...

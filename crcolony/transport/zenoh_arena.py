@@ -1,4 +1,4 @@
-"""The arena's side of the network over Zenoh."""
+"""The arena's side of the transport over Zenoh."""
 
 import zenoh
 
@@ -6,23 +6,19 @@ from crcolony.protocol import key_expressions
 from crcolony.protocol.codec import MAX_BODY_MESSAGE_BYTES
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.key_expressions import ArenaKeys
-from crcolony.transport.interface import (
-    ActionReceived,
-    Deliver,
-    QueryReceived,
-)
+from crcolony.transport.interface import ActionReceived, Deliver, QueryReceived
 from crcolony.transport.zenoh_samples import (
-    _answer_to,
-    _content,
-    _listen,
-    _payload,
-    _presence,
-    _publisher,
+    callback,
+    declare_publisher,
+    payload_bytes,
+    presence_event,
+    query_bytes,
+    reply_once,
 )
 
 
 class ArenaTransport:
-    """An arena on Zenoh: it is joined, it is told actions, and it tells what bodies sense."""
+    """An arena on Zenoh: it receives join queries and actions, and publishes observations and scenes."""
 
     def __init__(
         self, session: zenoh.Session, arena: str, arena_run: int, deliver: Deliver
@@ -31,28 +27,28 @@ class ArenaTransport:
         self._keys = ArenaKeys(arena)
         self._deliver = deliver
         self._publishers: dict[RobotId, zenoh.Publisher] = {}
-        self._scene = _publisher(session, self._keys.scene)
+        self._scene = declare_publisher(session, self._keys.scene)
         live = session.liveliness()
         self._entities = [
-            session.declare_subscriber(self._keys.all_actions, _listen(self._on_action)),
-            session.declare_queryable(self._keys.join, _listen(self._on_join)),
-            session.declare_queryable(self._keys.metadata, _listen(self._on_about)),
+            session.declare_subscriber(self._keys.all_actions, callback(self._on_action)),
+            session.declare_queryable(self._keys.join, callback(self._on_join)),
+            session.declare_queryable(self._keys.metadata, callback(self._on_metadata)),
             live.declare_subscriber(
-                key_expressions.ALL_ROBOTS_ALIVE, _listen(self._on_robot), history=True
+                key_expressions.ALL_ROBOTS_ALIVE, callback(self._on_robot), history=True
             ),
             live.declare_token(self._keys.alive(arena_run, str(session.zid()))),
         ]
 
     def publish_observation(self, robot: RobotId, observation: bytes) -> None:
-        """Tell a robot what its body senses."""
+        """Publish the observation of a robot's body."""
         publisher = self._publishers.get(robot)
         if publisher is None:
             key = self._keys.observation(robot)
-            publisher = self._publishers[robot] = _publisher(self._session, key)
+            publisher = self._publishers[robot] = declare_publisher(self._session, key)
         publisher.put(observation)
 
     def remove_robot(self, robot: RobotId) -> None:
-        """Keep nothing for a robot that has left."""
+        """Undeclare the publisher of a robot that has left."""
         publisher = self._publishers.pop(robot, None)
         if publisher is not None:
             publisher.undeclare()  # type: ignore[no-untyped-call]
@@ -64,15 +60,17 @@ class ArenaTransport:
     def _on_action(self, sample: zenoh.Sample) -> None:
         robot = key_expressions.parse_robot_id(key_expressions.chunks(str(sample.key_expr))[-2])
         if robot is not None:
-            self._deliver(ActionReceived(robot, _content(sample.payload, MAX_BODY_MESSAGE_BYTES)))
+            self._deliver(
+                ActionReceived(robot, payload_bytes(sample.payload, MAX_BODY_MESSAGE_BYTES))
+            )
 
     def _on_join(self, query: zenoh.Query) -> None:
-        self._deliver(QueryReceived("join", b"", _payload(query), _answer_to(query)))
+        self._deliver(QueryReceived("join", b"", query_bytes(query), reply_once(query)))
 
-    def _on_about(self, query: zenoh.Query) -> None:
-        self._deliver(QueryReceived("metadata", b"", _payload(query), _answer_to(query)))
+    def _on_metadata(self, query: zenoh.Query) -> None:
+        self._deliver(QueryReceived("metadata", b"", query_bytes(query), reply_once(query)))
 
     def _on_robot(self, sample: zenoh.Sample) -> None:
         token = key_expressions.parse_robot_token(str(sample.key_expr))
         if token is not None:
-            self._deliver(_presence(sample, token))
+            self._deliver(presence_event(sample, token))

@@ -1,4 +1,4 @@
-"""The robots' side of the network over Zenoh."""
+"""The robots' side of the transport over Zenoh."""
 
 from collections.abc import Callable
 from typing import Any, Literal
@@ -22,17 +22,17 @@ from crcolony.transport.interface import (
 )
 from crcolony.transport.liveliness_check import LivelinessCheck
 from crcolony.transport.zenoh_samples import (
-    _answer_to,
-    _content,
-    _listen,
-    _payload,
-    _presence,
-    _publisher,
+    callback,
+    declare_publisher,
+    payload_bytes,
+    presence_event,
+    query_bytes,
+    reply_once,
 )
 
 _JOIN_TIMEOUT_S = 1.0
-
 _MAX_GONE = 10_000
+"""Sessions remembered after their token has gone."""
 
 
 class RobotTransport:
@@ -44,116 +44,118 @@ class RobotTransport:
         self._publishers: dict[str, zenoh.Publisher] = {}
         self._incarnations: dict[RobotId, int] = {}
         self._declared: dict[RobotId, list[Any]] = {}
-        self._is_searching = False
+        self._is_scene_needed = False
         self._gone: set[str] = set()
-        """Sessions whose token has gone: Zenoh may keep the link of one that is closed, and that is nobody"""
-        self._begin(session)
+        """Sessions whose token has gone: Zenoh may keep the link of one that is closed"""
+        self._declare(session)
 
-    def _begin(self, session: zenoh.Session) -> None:
+    def _declare(self, session: zenoh.Session) -> None:
         self.name = str(session.zid())
         self._session = session
         self._check = LivelinessCheck(session)
-        self._watches = [
+        self._subscribers = [
             session.liveliness().declare_subscriber(
-                self._colony.all_alive, _listen(self._on_robot), history=True
+                self._colony.all_alive, callback(self._on_robot), history=True
             ),
             session.liveliness().declare_subscriber(
-                self._colony.all_versions, _listen(self._on_version), history=True
+                self._colony.all_versions, callback(self._on_version), history=True
             ),
             session.liveliness().declare_subscriber(
-                self._arena.all_alive, _listen(self._on_arena), history=True
+                self._arena.all_alive, callback(self._on_arena), history=True
             ),
-            session.declare_subscriber(self._arena.scene, _listen(self._on_scene)),
+            session.declare_subscriber(self._arena.scene, callback(self._on_scene)),
         ]
 
     def reconnect(self, reopen: Callable[[], zenoh.Session]) -> None:
-        """Leave the session for another, with all robots; the old one is closed first, since it holds the port."""
-        for (
-            robot
-        ) in self._incarnations:  # a session that closes was seen to tell of its tokens once more
-            self._withdraw(robot)
+        """Close the session, open another, and declare all robots there; the old session holds the port until then."""
+        for robot in (
+            self._incarnations
+        ):  # a session that closes was observed to deliver its own tokens again
+            self._undeclare(robot)
         self.close()
         self._publishers.clear()
-        self._begin(reopen())
+        self._declare(reopen())
         for robot, incarnation in self._incarnations.items():
             self.add_robot(robot, incarnation)
 
     def close(self) -> None:
-        """Leave the network."""
+        """Close the session."""
         self._session.close()  # type: ignore[no-untyped-call]
 
     def peers_without_token(self, now_s: float) -> list[str]:
-        """Return peers that have been connected for long, and whose robots cannot be seen."""
+        """Return the sessions of peers that have been connected for long and have no liveliness token, each once."""
         return [peer for peer in self._check.find_missing(now_s) if peer not in self._gone]
 
     def add_robot(self, robot: RobotId, incarnation: int) -> None:
-        """Let a robot be reached, and then be seen."""
+        """Declare a robot's subscribers and queryables, and then its liveliness token."""
         deliver = self._deliver
         self._incarnations[robot] = incarnation
 
-        def on_past(query: zenoh.Query) -> None:
-            deliver(QueryReceived("history", robot, _payload(query), _answer_to(query)))
+        def on_history(query: zenoh.Query) -> None:
+            deliver(QueryReceived("history", robot, query_bytes(query), reply_once(query)))
 
-        def on_about(query: zenoh.Query) -> None:
-            deliver(QueryReceived("metadata", robot, _payload(query), _answer_to(query)))
+        def on_metadata(query: zenoh.Query) -> None:
+            deliver(QueryReceived("metadata", robot, query_bytes(query), reply_once(query)))
 
         self._declared[robot] = [
             self._session.declare_subscriber(
                 self._colony.inbox(robot),
-                _listen(
+                callback(
                     lambda s: deliver(
-                        EnvelopeReceived(robot, _content(s.payload, MAX_ENVELOPE_BYTES))
+                        EnvelopeReceived(robot, payload_bytes(s.payload, MAX_ENVELOPE_BYTES))
                     )
                 ),
             ),
             self._session.declare_subscriber(
                 self._arena.observation(robot),
-                _listen(
+                callback(
                     lambda s: deliver(
-                        ObservationReceived(robot, _content(s.payload, MAX_BODY_MESSAGE_BYTES))
+                        ObservationReceived(robot, payload_bytes(s.payload, MAX_BODY_MESSAGE_BYTES))
                     )
                 ),
             ),
-            self._session.declare_queryable(self._colony.history(robot), _listen(on_past)),
-            self._session.declare_queryable(self._colony.metadata(robot), _listen(on_about)),
+            self._session.declare_queryable(self._colony.history(robot), callback(on_history)),
+            self._session.declare_queryable(self._colony.metadata(robot), callback(on_metadata)),
             self._session.liveliness().declare_token(
                 self._colony.alive(robot, incarnation, self.name)
             ),
         ]
 
     def remove_robot(self, robot: RobotId) -> None:
-        """Let a robot be gone."""
+        """Undeclare a robot, its liveliness token first."""
         self._incarnations.pop(robot, None)
-        self._withdraw(robot)
+        self._undeclare(robot)
 
-    def _withdraw(self, robot: RobotId) -> None:
+    def _undeclare(self, robot: RobotId) -> None:
         for entity in reversed(self._declared.pop(robot, [])):
             entity.undeclare()
 
     def send_envelope(self, to: RobotId, envelope: bytes) -> None:
-        """Post a letter."""
+        """Send an envelope."""
         self._publish(self._colony.inbox(to), envelope)
 
     def request_body(self, robot: RobotId, request: bytes) -> None:
-        """Ask the arena for a body."""
+        """Send the arena a request to join or leave."""
         deliver = self._deliver
 
         def on_reply(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
                 deliver(
-                    JoinReplyReceived(robot, _content(reply.ok.payload, MAX_BODY_MESSAGE_BYTES))
+                    JoinReplyReceived(
+                        robot, payload_bytes(reply.ok.payload, MAX_BODY_MESSAGE_BYTES)
+                    )
                 )
 
         self._session.get(
             self._arena.join,
-            _listen(on_reply),
+            callback(on_reply),
             payload=request,
             timeout=_JOIN_TIMEOUT_S,
             consolidation=zenoh.ConsolidationMode.NONE,
         )
 
     def publish_action(self, robot: RobotId, action: bytes) -> None:
-        """Command a body."""
+        """Publish an action."""
         self._publish(self._arena.action(robot), action)
 
     def publish_telemetry(
@@ -163,14 +165,14 @@ class RobotTransport:
         key = self._colony.state(robot) if topic == "state" else self._colony.event(robot)
         self._publish(key, data)
 
-    def subscribe_scene(self, is_searching: bool) -> None:
-        """Let what the arena shows arrive, or not."""
-        self._is_searching = is_searching
+    def subscribe_scene(self, is_needed: bool) -> None:
+        """Deliver the arena's scenes while they are needed."""
+        self._is_scene_needed = is_needed
 
     def _publish(self, key: str, data: bytes) -> None:
         publisher = self._publishers.get(key)
         if publisher is None:
-            publisher = self._publishers[key] = _publisher(self._session, key)
+            publisher = self._publishers[key] = declare_publisher(self._session, key)
         publisher.put(data)
 
     def _on_robot(self, sample: zenoh.Sample) -> None:
@@ -181,16 +183,16 @@ class RobotTransport:
             self._gone.discard(token.session)
         elif len(self._gone) < _MAX_GONE:
             self._gone.add(token.session)
-        self._deliver(_presence(sample, token))
+        self._deliver(presence_event(sample, token))
 
     def _on_version(self, sample: zenoh.Sample) -> None:
-        stranger = key_expressions.parse_incompatible_peer(str(sample.key_expr))
-        if stranger is not None and sample.kind == zenoh.SampleKind.PUT:
-            self._deliver(IncompatiblePeer(*stranger))
+        peer = key_expressions.parse_incompatible_peer(str(sample.key_expr))
+        if peer is not None and sample.kind == zenoh.SampleKind.PUT:
+            self._deliver(IncompatiblePeer(*peer))
 
     def _on_scene(self, sample: zenoh.Sample) -> None:
-        if self._is_searching:
-            self._deliver(SceneReceived(_content(sample.payload, MAX_SCENE_BYTES)))
+        if self._is_scene_needed:
+            self._deliver(SceneReceived(payload_bytes(sample.payload, MAX_SCENE_BYTES)))
 
     def _on_arena(self, sample: zenoh.Sample) -> None:
         token = key_expressions.parse_arena_token(str(sample.key_expr))

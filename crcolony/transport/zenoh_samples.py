@@ -1,8 +1,9 @@
-"""Zenoh behind the seam of `transport.py`. Its callbacks run on Zenoh's threads and do one thing: enqueue.
+"""What the two Zenoh transports share: publishers, callbacks, and how samples and queries become inbound events.
 
-Everything is a `put` that gives way when a link is congested, so that a frozen peer stalls nobody: what must not be
-lost is said again until it is answered (matings, lockstep), and a lost observation is followed by a fresh one.
-Presence is a liveliness token, declared last, when the robot can be reached.
+Callbacks run on Zenoh's threads and do one thing: enqueue. Everything is a `put` that is dropped when a link is
+congested, so that a frozen peer blocks no other: what must not be lost is retried until it is answered (matings,
+lockstep), and a lost observation is followed by a new one. A robot's liveliness token is declared last, when the robot
+can be reached.
 """
 
 import threading
@@ -20,39 +21,45 @@ from crcolony.transport.interface import (
 )
 
 
-def _listen(handler: Callable[[Any], None]) -> Any:
+def callback(handler: Callable[[Any], None]) -> Any:
+    """Return a Zenoh callback that runs `handler` on the thread that receives."""
     return Callback(handler, indirect=False)
 
 
-def _publisher(session: zenoh.Session, key: str) -> zenoh.Publisher:
+def declare_publisher(session: zenoh.Session, key: str) -> zenoh.Publisher:
+    """Return a publisher that drops samples when the link is congested, and never batches them."""
     return session.declare_publisher(
         key, congestion_control=zenoh.CongestionControl.DROP, express=True
     )
 
 
-def _presence(
+def presence_event(
     sample: zenoh.Sample, token: key_expressions.RobotToken
 ) -> RobotOnline | RobotOffline:
+    """Return the inbound event of a robot's liveliness token that appeared or went."""
     kind = RobotOnline if sample.kind == zenoh.SampleKind.PUT else RobotOffline
     return kind(token.robot, token.incarnation, token.session)
 
 
-def _payload(query: zenoh.Query) -> bytes:
-    return _content(query.payload, MAX_BODY_MESSAGE_BYTES) if query.payload is not None else b""
+def query_bytes(query: zenoh.Query) -> bytes:
+    """Return the payload of a query; empty if it has none, or one that is too long."""
+    return (
+        payload_bytes(query.payload, MAX_BODY_MESSAGE_BYTES) if query.payload is not None else b""
+    )
 
 
-def _content(payload: zenoh.ZBytes, most: int) -> bytes:
-    """Return what came in; of more than a message may be, nothing, which is no message either."""
-    return payload.to_bytes() if len(payload) <= most else b""
+def payload_bytes(payload: zenoh.ZBytes, max_bytes: int) -> bytes:
+    """Return a payload; empty, which is no valid message, if it is longer than `max_bytes`."""
+    return payload.to_bytes() if len(payload) <= max_bytes else b""
 
 
-def _answer_to(query: zenoh.Query) -> Callable[[bytes], None]:
-    """Return what answers a query, once, from any thread."""
+def reply_once(query: zenoh.Query) -> Callable[[bytes], None]:
+    """Return a function that replies to a query, once, from any thread."""
     once = threading.Lock()
 
-    def answer(data: bytes) -> None:
+    def reply(data: bytes) -> None:
         if once.acquire(blocking=False):
             query.reply(query.key_expr, data)
             query.drop()  # type: ignore[no-untyped-call]
 
-    return answer
+    return reply

@@ -1,8 +1,8 @@
-"""How a process comes onto the network: as a peer of a mesh that forms from seeds or by multicast, or through routers.
+"""How a process connects to the network: as a peer of a mesh, by seeds or multicast, or as a client of routers.
 
-Up to about 32 robots a full mesh is the simplest; beyond, robots are clients of one or more routers, which hold no
-state and stand in for each other. Only the configuration differs. Zenoh's defaults that would hurt us are set here:
-shared memory off, one mechanism of discovery, short leases, and limits.
+Up to about 32 robots a full mesh is the simplest; beyond, robots are clients of one or more interchangeable routers,
+which hold no state. Only the configuration differs. Zenoh's defaults that do harm here are replaced: shared memory is
+off, there is one mechanism of discovery, leases are short, and sizes are limited.
 """
 
 import contextlib
@@ -24,30 +24,33 @@ from crcolony.transport.interface import NetworkError
 
 PORT = 7447
 HERE = f"tcp/127.0.0.1:{PORT}"
-"""Where processes of one machine find each other, unless told otherwise."""
+"""Default endpoint, where the processes of one machine find each other."""
 
 _TWO_THREADS = (
     "(app: (worker_threads: 1), rx: (worker_threads: 1), tx: (handover: app),"
     " net: (handover: app), acc: (handover: app))"
 )
-"""Zenoh's work on two threads instead of a dozen: a robot has little of it, and every hand-over between threads costs.
-What receives has a thread of its own, since it waits where there is no room to answer, and the other one makes room:
-with one thread for all of it, a peer that asked a thousand times a second stopped an arena for 5 s at a time. Our
-callbacks never wait, so that two are enough; a router has more to do, and keeps Zenoh's own."""
+"""Zenoh runs on two threads instead of a dozen: a robot has little traffic, and every change of thread takes time.
+Receiving has a thread of its own, since it blocks while there is no room for a reply, and the other thread makes room:
+with one thread for both, a peer that sent a thousand queries a second blocked an arena for 5 s at a time. Our callbacks
+never block, so that two are enough; a router has more traffic, and keeps Zenoh's own threads."""
 
-_SAID = "error,zenoh::api::session=off"
-"""What Zenoh itself says on stderr, unless RUST_LOG is set: not that a session which is being closed hears somebody."""
+_LOG_FILTER = "error,zenoh::api::session=off"
+"""What Zenoh logs on stderr, unless RUST_LOG is set: without the errors of a session that is being closed."""
 
-_PATIENCE_US = 500_000
-"""A peer that takes nothing in for so long is cut off: whoever has something for it that must not be lost waits for it,
-and everybody else meanwhile, so this is well below the lease."""
+_CONGESTION_TIMEOUT_US = 500_000
+"""A peer that receives nothing for this long is disconnected: a sample that must not be dropped blocks its sender until
+then, and with it all other peers, so this is well below the lease."""
 
-MESH_ROBOTS = 32
-"""Beyond so many robots a full mesh costs more than it gives."""
+MAX_MESH_ROBOTS = 32
+"""Beyond this many robots a full mesh costs more than it gives."""
+
+Session = zenoh.Session
+"""An open connection to the network."""
 
 
 class NetworkSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """How to reach the others. Endpoints are Zenoh's: `tcp/host:port`, `udp/…`, `tls/…`, `quic/…`."""
+    """How to connect to the network. Endpoints are Zenoh's: `tcp/host:port`, `udp/…`, `tls/…`, `quic/…`."""
 
     role: Literal["peer", "client", "router"] = "peer"
     connect: tuple[str, ...] = ()
@@ -55,45 +58,45 @@ class NetworkSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, k
     listen: tuple[str, ...] = ()
     """Empty: a free port of the address that reaches the first seed"""
     interface: str = ""
-    """Peers find each other by multicast on this network interface, without seeds"""
+    """Network interface on which peers find each other by multicast, without seeds"""
     lease_ms: Annotated[int, Meta(ge=500, le=600_000)] = 3000
-    """A silent peer is gone after this"""
+    """A silent peer is offline after this"""
 
 
-def open_session(network: NetworkSettings) -> zenoh.Session:
-    """Come onto the network; raises NetworkError naming the endpoint and the reason."""
-    zenoh.init_log_from_env_or(_SAID)
+def open_session(network: NetworkSettings) -> Session:
+    """Connect to the network; raises NetworkError naming the endpoint and the reason."""
+    zenoh.init_log_from_env_or(_LOG_FILTER)
     if network.role != "router":
         os.environ.setdefault("ZENOH_RUNTIME", _TWO_THREADS)
     try:
         session = zenoh.open(zenoh.Config.from_json5(json.dumps(zenoh_config(network))))
     except zenoh.ZError as error:
-        raise NetworkError(_in_words(network, str(error))) from None
+        raise NetworkError(_format_error(network, str(error))) from None
     session.info.declare_link_events_listener(
-        Callback(_do_not_linger, indirect=False), history=True
+        Callback(_disable_linger, indirect=False), history=True
     )
     return session
 
 
-def _do_not_linger(_: zenoh.LinkEvent) -> None:
-    """Let the sockets of this process close at once (Linux only; elsewhere nothing is done).
+def _disable_linger(_: zenoh.LinkEvent) -> None:
+    """Set SO_LINGER of all sockets of this process to 0 (Linux only; elsewhere nothing is done).
 
-    Zenoh sets SO_LINGER to 10 s. So when a cable is cut, closing each of the dead links stops one of its few threads
-    for 10 s, and with it the letters of everybody else (eclipse-zenoh/zenoh#1101, #2350).
+    Zenoh sets it to 10 s. So when a cable is cut, closing each of the dead links blocks one of its few threads for
+    10 s, and with it the traffic of all other links (eclipse-zenoh/zenoh#1101, #2350).
     """
     if not sys.platform.startswith("linux"):
         return
     for name in os.listdir("/proc/self/fd"):
-        with contextlib.suppress(OSError):  # it is no socket, or closed by now
-            one = socket.socket(fileno=int(name))
+        with contextlib.suppress(OSError):  # not a socket, or already closed
+            open_socket = socket.socket(fileno=int(name))
             try:
-                one.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 0, 0))
+                open_socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 0, 0))
             finally:
-                one.detach()
+                open_socket.detach()
 
 
 def zenoh_config(network: NetworkSettings) -> dict[str, Any]:
-    """Return Zenoh's configuration."""
+    """Return Zenoh's configuration for these settings."""
     by_multicast = bool(network.interface)
     listen = network.listen or _own_endpoints(network)
     return {
@@ -129,7 +132,11 @@ def zenoh_config(network: NetworkSettings) -> dict[str, Any]:
                 "tx": {
                     "lease": network.lease_ms,
                     "keep_alive": 4,
-                    "queue": {"congestion_control": {"block": {"wait_before_close": _PATIENCE_US}}},
+                    "queue": {
+                        "congestion_control": {
+                            "block": {"wait_before_close": _CONGESTION_TIMEOUT_US}
+                        }
+                    },
                 },
                 "rx": {"max_message_size": 2 * MAX_SCENE_BYTES},
             },
@@ -140,7 +147,7 @@ def zenoh_config(network: NetworkSettings) -> dict[str, Any]:
 
 
 def free_port(host: str = "127.0.0.1") -> int:
-    """Return a port that nobody listens on now."""
+    """Return a TCP port of `host` that is not in use now."""
     with socket.socket() as probe:
         probe.bind((host, 0))
         port: int = probe.getsockname()[1]
@@ -148,7 +155,7 @@ def free_port(host: str = "127.0.0.1") -> int:
 
 
 def is_taken(endpoint: str) -> bool:
-    """Tell whether somebody listens on a TCP endpoint of this machine already."""
+    """Return whether a TCP endpoint of this machine is in use already."""
     host, port = _host_and_port(endpoint)
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -160,7 +167,7 @@ def is_taken(endpoint: str) -> bool:
 
 
 def _own_endpoints(network: NetworkSettings) -> tuple[str, ...]:
-    """Return a free port of the address of this machine that reaches the first seed, or of the interface."""
+    """Return a free port of the own address that reaches the first seed, or of the interface."""
     if network.role == "client":
         return ()
     host = "127.0.0.1"
@@ -180,12 +187,12 @@ def _own_endpoints(network: NetworkSettings) -> tuple[str, ...]:
 def _address_of(interface: str) -> str:
     """Return the IPv4 address of a network interface (Linux only).
 
-    Raises NetworkError if there is none, or if the interface is down or knows no multicast.
+    Raises NetworkError if there is none, or if the interface is down or has no multicast.
     """
     import fcntl
 
     siocgifflags, siocgifaddr = 0x8913, 0x8915
-    is_up, knows_multicast = 0x1, 0x1000
+    is_up, has_multicast = 0x1, 0x1000
     request = struct.pack("256s", interface[:15].encode())
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
@@ -197,23 +204,23 @@ def _address_of(interface: str) -> str:
             ) from None
     if not flags & is_up:
         raise NetworkError(f"interface {interface}: it is down")
-    if not flags & knows_multicast:
+    if not flags & has_multicast:
         raise NetworkError(
-            f"interface {interface}: it knows no multicast; use --connect and --listen instead"
+            f"interface {interface}: it has no multicast; use --connect and --listen instead"
         )
     return socket.inet_ntoa(answer[20:24])
 
 
 def _host_and_port(endpoint: str) -> tuple[str, int]:
-    _, slash, place = endpoint.partition("/")
-    host, colon, port = place.rpartition(":")
+    _, slash, address = endpoint.partition("/")
+    host, colon, port = address.rpartition(":")
     is_port = port.isascii() and port.isdigit() and len(port) <= 5 and 0 < int(port) < 65536
     if not slash or not colon or not is_port:
         raise NetworkError(f"{endpoint}: not an endpoint; expected something like {HERE}")
     return host.strip("[]"), int(port)
 
 
-def _in_words(network: NetworkSettings, reason: str) -> str:
+def _format_error(network: NetworkSettings, reason: str) -> str:
     for endpoint in network.listen:
         if "ddress already in use" in reason or is_taken(endpoint):
             return f"{endpoint}: the port is taken; choose another with --listen"

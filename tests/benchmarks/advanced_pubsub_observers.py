@@ -82,7 +82,9 @@ class OurObserver:
 
     def __init__(self, session: zenoh.Session, log: Log, history: int) -> None:
         self._log = log
-        self._subscriber = TelemetrySubscriber(session, COLONY, sends_requests=True, history=history)
+        self._subscriber = TelemetrySubscriber(
+            session, COLONY, sends_requests=True, history=history
+        )
 
     @property
     def missed(self) -> int:

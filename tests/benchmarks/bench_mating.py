@@ -18,6 +18,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 from crcolony.config import Config
+from crcolony.nodes.node_inputs import ColonyMember, NodeResources
 from crcolony.nodes.robot_node import RobotNode
 from crcolony.protocol.body_messages import Contact
 from crcolony.protocol.envelope import open_envelope, sign_message
@@ -54,17 +55,9 @@ class Partner:
         )
         incarnation = store.begin_incarnation(1)
         self.transport = RobotTransport(self.session, COLONY, ARENA, self.inbox.deliver)
-        self.node = RobotNode(
-            identity,
-            COLONY,
-            0,
-            robot,
-            batch,
-            store,
-            incarnation,
-            self.transport,
-            on_event=self._on_event,
-        )
+        member = ColonyMember(identity, COLONY, 0, incarnation)
+        resources = NodeResources(store, self.transport, time.time, self._on_event)
+        self.node = RobotNode(member, robot, batch, resources)
         self.decided_s = 0.0
         self.tick = 0
         self._events = batch.events[robot.row : robot.row + 1]

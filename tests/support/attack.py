@@ -1,4 +1,4 @@
-"""A colony of four robots in real time, calm and under attack: how it mates, keeps its control period, and grows."""
+"""A colony of four robots in real time, with and without an attack: its matings, control period, and memory."""
 
 import contextlib
 import sys
@@ -21,25 +21,25 @@ from tests.support.process_colony import Colony, View, colony, settle
 HZ, ROBOTS = 20.0, 4
 MIB = 2**20
 ENDS = ("mated", "refused", "expired", "aborted", "orphaned", "storage")
-"""Of encounters; one that was in doubt for a while ends as one of these, too."""
+"""Final outcomes of encounters; one that was in doubt for a while has one of these, too."""
 
 
 @dataclass(frozen=True)
 class Figures:
-    """What a while of a colony's life was like."""
+    """Measurements of a colony over some seconds."""
 
     matings_per_s: float
-    """How often robots meet is chance, and depends on who lives: compare it over long whiles only"""
+    """How often robots meet is random, and depends on the agents: compare it over long periods only"""
     mated_share: float
-    """Of the encounters that came to an end, as each robot counts them"""
+    """Of the encounters with a final outcome, where each robot counts for itself"""
     period_ms: tuple[float, float]
     """Median and 99th percentile, over all robots"""
     grown_mib: float
-    """How much the largest of the processes has grown"""
+    """The largest growth in memory of a process"""
 
 
 class Siege:
-    """A colony, and whoever attacks it."""
+    """A colony, and a hostile peer that attacks it."""
 
     def __init__(self, made: Colony, view: View, session: zenoh.Session, folder: Path) -> None:
         self.made, self.view, self._folder = made, view, folder
@@ -52,23 +52,23 @@ class Siege:
         self._actions[str(sample.key_expr)].append(time.monotonic())
 
     def monitor(self, seconds: float) -> Figures:
-        """Let the colony live for a while, and tell what it was like."""
-        before, size, begun_s = self.made.outcomes(), self._sizes(), time.monotonic()
+        """Measure the colony for some seconds."""
+        before, size, started_s = self.made.outcomes(), self._sizes(), time.monotonic()
         time.sleep(seconds)
-        took_s = time.monotonic() - begun_s
+        took_s = time.monotonic() - started_s
         periods = np.concatenate(
             [
-                np.diff([at_s for at_s in times if at_s >= begun_s])
+                np.diff([at_s for at_s in times if at_s >= started_s])
                 for times in self._actions.values()
             ]
         )
         half, most = np.quantile(1000.0 * periods, (0.5, 0.99)) if periods.size else (np.inf,) * 2
-        grown = max(then - now for now, then in zip(size, self._sizes(), strict=True))
-        became = self.made.outcomes() - before
-        ended = sum(became[how] for how in ENDS)
+        grown = max(later - earlier for earlier, later in zip(size, self._sizes(), strict=True))
+        outcomes = self.made.outcomes() - before
+        ended = sum(outcomes[outcome] for outcome in ENDS)
         return Figures(
-            matings_per_s=became["mated"] / 2.0 / took_s,
-            mated_share=became["mated"] / ended if ended else 0.0,
+            matings_per_s=outcomes["mated"] / 2.0 / took_s,
+            mated_share=outcomes["mated"] / ended if ended else 0.0,
             period_ms=(float(half), float(most)),
             grown_mib=grown / MIB,
         )
@@ -83,9 +83,9 @@ class Siege:
 
     @contextlib.contextmanager
     def attacked(self, attack: str) -> Iterator[Process]:
-        """Let a hostile peer attack."""
+        """Run a hostile peer inside the context."""
         robots = [robot.id.hex() for robot in self.made.robots]
-        words = [
+        arguments = [
             "-m",
             "tests.support.hostile_peer",
             attack,
@@ -93,11 +93,11 @@ class Siege:
             self.made.endpoint,
             *robots,
         ]
-        hostile = Process([sys.executable, *words], self._folder / f"{attack}.log").start()
+        hostile = Process([sys.executable, *arguments], self._folder / f"{attack}.log").start()
         try:
             hostile.wait_for("attacking")
             yield hostile
-            assert hostile.is_running, hostile.said
+            assert hostile.is_running, hostile.output
         finally:
             if hostile.is_running:
                 hostile.kill()
@@ -105,7 +105,7 @@ class Siege:
 
 @contextlib.contextmanager
 def siege(folder: Path) -> Iterator[Siege]:
-    """A colony that has settled, and is gone when this is left."""
+    """A settled colony, whose processes are killed at the end of the context."""
     with colony(folder) as made:
         made.arena(ROBOTS, "--hz", f"{HZ:g}")
         for _ in range(ROBOTS):

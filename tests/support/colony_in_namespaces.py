@@ -1,4 +1,4 @@
-"""A colony whose every process is a machine of its own on a switch, and what is measured of it when things fail."""
+"""A colony whose every process runs on a host of its own on a switch, and how it reacts to faults."""
 
 import contextlib
 import signal
@@ -22,23 +22,23 @@ class Cabled:
     view: View
     arena: Host
     hosts: Sequence[Host]
-    """Those of the robots, in order"""
+    """Of the robots, in order"""
 
     def settle(self) -> float:
-        """Wait until all is well; return how long it took."""
-        begun_s = time.monotonic()
+        """Wait until all robots are connected and settled; return how long it took (s)."""
+        started_s = time.monotonic()
         settle(self.colony, self.view)
-        return time.monotonic() - begun_s
+        return time.monotonic() - started_s
 
     def lose(self, share: float, *, both_ways: bool) -> None:
-        """Lose this share of the packets that arrive at the robots, and if both ways, at the arena, too."""
+        """Drop this share of the packets that arrive at every second robot; both ways: at all, and at the arena."""
         for host in (self.arena, *self.hosts) if both_ways else self.hosts[::2]:
             host.lose(share)
 
 
 @contextlib.contextmanager
 def cabled(folder: Path, robots: int = 4, hz: float = 30.0) -> Iterator[Cabled]:
-    """A colony on a switch of its own; processes and network are gone when this is left."""
+    """A colony on a switch of its own; processes and network are removed at the end of the context."""
     with hosts(1 + robots) as lan, colony(folder) as made:
         made.endpoint = f"tcp/{lan[0].address}:7447"
         made.arena(robots, "--hz", str(hz), before=lan[0].before)
@@ -49,7 +49,7 @@ def cabled(folder: Path, robots: int = 4, hz: float = 30.0) -> Iterator[Cabled]:
 
 @dataclass(frozen=True)
 class Fault:
-    """Something that happens to a robot, or to the cable of its host, and how it is mended."""
+    """A fault of a robot, or of the cable of its host, and its repair."""
 
     name: str
     happen: Callable[[Robot, Host], None]
@@ -68,25 +68,25 @@ FAULTS = (
 
 
 def detection_s(lan: Cabled, fault: Fault, number: int) -> float:
-    """Return how long after a fault the network says that the robot is gone; it is mended then."""
+    """Inject a fault, and return after how long (s) the robot's token goes; the fault is repaired then."""
     robot, host = lan.colony.robots[number], lan.hosts[number]
-    name, begun = robot.id.hex(), len(lan.view.update().lines)
+    name, first_line = robot.id.hex(), len(lan.view.update().lines)
 
-    def gone() -> list[float]:
-        tokens = lan.view.all(Token, begun)
-        return [token.at_s for token in tokens if token.robot == name and not token.there]
+    def times_offline() -> list[float]:
+        tokens = lan.view.all(Token, first_line)
+        return [token.at_s for token in tokens if token.robot == name and not token.is_online]
 
-    begun_s = time.monotonic()
+    started_s = time.monotonic()
     fault.happen(robot, host)
     try:
-        wait_until(gone, f"a robot is seen to be gone after {fault.name}", 30.0)
+        wait_until(times_offline, f"a robot is offline after {fault.name}", 30.0)
     finally:
         fault.mend(robot, host)
-    return gone()[0] - begun_s
+    return times_offline()[0] - started_s
 
 
 def outcomes(lan: Cabled, seconds: float) -> Counter[str]:
-    """Return what became of the encounters of so many seconds: mated, doubt, orphaned, expired, … as robots said it."""
+    """Return how many encounters of so many seconds had each outcome: mated, doubt, orphaned, expired, …"""
     before = lan.colony.outcomes()
     time.sleep(seconds)
     return lan.colony.outcomes() - before

@@ -1,139 +1,37 @@
-"""A hostile peer: a process that speaks raw bytes to a colony, one attack at a time, until it is killed.
+"""A hostile peer: a process that sends raw bytes to a colony, one attack at a time, until it is killed.
 
-It has no key of any robot and no body, but it hears all that is said: it records letters and nonces, knows the robots'
-public keys and the protocol. It says `attacking` once it does.
+It has no key of any robot and no body, but it receives all messages: it records envelopes and nonces, and knows the
+robots' public keys and the protocol. It prints `attacking` once it does.
 """
 
 import argparse
 import itertools
-import random
 import time
-from collections import deque
 from collections.abc import Callable
 
 import numpy as np
-import zenoh
-from zenoh.handlers import Callback
 
 from crcolony.body.contract import OBSERVATION_WIDTH
-from crcolony.config import Config
-from crcolony.protocol.body_messages import Join, Observation, decode_observation, pack_row
-from crcolony.protocol.codec import MAX_ENVELOPE_BYTES, WireError, encode
-from crcolony.protocol.envelope import SignedEnvelope, open_envelope, sign_message
-from crcolony.protocol.identity import Identity, robot_id
-from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
-from crcolony.protocol.mating_messages import Accept, Commit, Encounter, MatingMessage, Propose
+from crcolony.protocol.body_messages import Join, Observation, pack_row
+from crcolony.protocol.codec import MAX_ENVELOPE_BYTES, encode
+from crcolony.protocol.envelope import SignedEnvelope, sign_message
+from crcolony.protocol.identity import Identity
+from crcolony.protocol.mating_messages import Accept, Commit, MatingMessage, Propose
 from crcolony.protocol.telemetry_messages import HistoryRequest, RobotState
-from crcolony.robot.genes import agent_schema
-from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from tests.support.hostile_session import ARENA, COLONY, DIGEST, Hostile
 
-COLONY, ARENA = "colony", "arena"
-SCHEMA = agent_schema(Config().learning, Config().heredity)
-DIGEST = bytes.fromhex(SCHEMA.digest)
 BURSTS_PER_S = 100.0
+"""How many times a second an attack sends what is due."""
 MADE_UP = 2_000
+"""Robots whose keys a flood uses."""
 UNFIT = (float("nan"), float("inf"), -float("inf"), 1e300, -1e-310, -1.0)
-
-
-class Hostile:
-    """What an attacker knows, and how it reaches a colony."""
-
-    def __init__(self, endpoint: str, robots: list[bytes], seed: int) -> None:
-        self.robots = robots
-        self.chance = random.Random(seed)
-        self.me = Identity(self.chance.randbytes(32))
-        self.overheard: deque[tuple[bytes, bytes, MatingMessage]] = deque(maxlen=2_000)
-        """Receiver, letter and message of what honest robots said"""
-        self.keys: dict[bytes, bytes] = {}
-        """Public keys of honest robots"""
-        self.nonces: dict[bytes, int] = {}
-        """Of the last contact of every robot"""
-        self.seen: dict[bytes, Observation] = {}
-        self.colony, self.arena = ColonyKeys(COLONY), ArenaKeys(ARENA)
-        self._publishers: dict[str, zenoh.Publisher] = {}
-        self.session = open_session(NetworkSettings(connect=(endpoint,)))
-        self._subscribers = [
-            self.session.declare_subscriber(key, Callback(take(robot), indirect=False))
-            for robot in robots
-            for key, take in (
-                (self.colony.inbox(robot), self._overhear),
-                (self.arena.observation(robot), self._spy),
-            )
-        ]
-
-    def _overhear(self, receiver: bytes) -> Callable[[zenoh.Sample], None]:
-        def take(sample: zenoh.Sample) -> None:
-            data = sample.payload.to_bytes()
-            try:
-                envelope, message = open_envelope(data)
-            except WireError:
-                return
-            sender = robot_id(envelope.key)
-            if sender in self.robots:
-                self.keys[sender] = envelope.key
-                self.overheard.append((receiver, data, message))
-
-        return take
-
-    def _spy(self, robot: bytes) -> Callable[[zenoh.Sample], None]:
-        def take(sample: zenoh.Sample) -> None:
-            try:
-                self.seen[robot] = seen = decode_observation(sample.payload.to_bytes())
-            except WireError:
-                return
-            if seen.contact is not None:
-                self.nonces[robot] = seen.contact.nonce
-
-        return take
-
-    @property
-    def is_ready(self) -> bool:
-        """Whether it has heard enough of everybody."""
-        return len(self.keys) == len(self.nonces) == len(self.robots) and len(self.overheard) > 20
-
-    def put(self, key: str, data: bytes) -> None:
-        """Publish, to others than itself."""
-        if key not in self._publishers:
-            self._publishers[key] = self.session.declare_publisher(
-                key, allowed_destination=zenoh.Locality.REMOTE
-            )
-        self._publishers[key].put(data)
-
-    def post(self, envelope: bytes, to: bytes | None = None) -> None:
-        """Send a letter to a robot, or to any."""
-        self.put(self.colony.inbox(to or self.victim()), envelope)
-
-    def ask(self, key: str, request: bytes) -> None:
-        """Ask, and do not listen."""
-        self.session.get(key, lambda _: None, payload=request, timeout=0.5)
-
-    def victim(self) -> bytes:
-        """Return any honest robot."""
-        return self.chance.choice(self.robots)
-
-    def peer_of(self, robot: bytes) -> bytes:
-        """Return another honest robot."""
-        return self.chance.choice([other for other in self.robots if other != robot])
-
-    def envelope(self) -> tuple[bytes, bytes, MatingMessage]:
-        """Return any letter that was overheard, its receiver, and what it says."""
-        return self.chance.choice(tuple(self.overheard))
-
-    def genes(self) -> np.ndarray:
-        """Return genes that fit the schema."""
-        return SCHEMA.random(np.random.default_rng(self.chance.getrandbits(32)))
-
-    def proposal(self, by: bytes, to: bytes, genes: bytes) -> Propose:
-        """Return a proposal of this time that quotes the nonce of the receiver's last contact."""
-        encounter = Encounter(by, to, int(time.time()), self.chance.randrange(1, 2**20))
-        return Propose(encounter, self.nonces[to], DIGEST, "hostile/1", genes)
-
+"""Values that no gene may have."""
 
 # The attacks --------------------------------------------------------------------------------------------------------
 
 
 def oversized(peer: Hostile) -> Callable[[], None]:
-    """Letters, observations and questions of one byte too many, up to what Zenoh itself refuses."""
+    """Envelopes, observations and queries from one byte too long up to what Zenoh itself refuses."""
     sizes = (MAX_ENVELOPE_BYTES + 1, 200_000, 500_000, 2_000_000)
     contents = [peer.chance.randbytes(size) for size in sizes]
 
@@ -141,13 +39,13 @@ def oversized(peer: Hostile) -> Callable[[], None]:
         robot, content = peer.victim(), peer.chance.choice(contents)
         peer.post(content, robot)
         peer.put(peer.arena.observation(robot), content)
-        peer.ask(peer.colony.history(robot), content)
+        peer.query(peer.colony.history(robot), content)
 
     return shoot
 
 
 def malformed(peer: Hostile) -> Callable[[], None]:
-    """Noise, and honest letters with bits flipped, cut short, or with something added."""
+    """Noise, and genuine envelopes with bits flipped, truncated, or extended."""
 
     def shoot() -> None:
         chance = peer.chance
@@ -168,7 +66,7 @@ def malformed(peer: Hostile) -> Callable[[], None]:
 
 
 def unfit(peer: Hostile) -> Callable[[], None]:
-    """Genes that are no numbers, out of range, too many or too few, well signed by somebody who was never met."""
+    """Genes that are NaN, out of range, too many or too few, validly signed by a robot that was never met."""
 
     def shoot() -> None:
         genes = peer.genes()
@@ -183,17 +81,17 @@ def unfit(peer: Hostile) -> Callable[[], None]:
 
 
 def impostor(peer: Hostile) -> Callable[[], None]:
-    """Letters in an honest robot's name: under a key of its own, and under the robot's with a signature that is not."""
+    """Envelopes in an honest robot's name: with a key of its own, and with the robot's key and an invalid signature."""
 
     def shoot() -> None:
         robot = peer.victim()
         other = peer.peer_of(robot)
         envelopes: list[MatingMessage] = [peer.proposal(other, robot, peer.genes().tobytes())]
-        _, _, said = peer.overheard[-1]
-        if isinstance(said, Propose):  # answers before the one who is asked does
+        _, _, sent = peer.recorded[-1]
+        if isinstance(sent, Propose):  # replies before its receiver does
             envelopes += [
-                Accept(said.encounter, said.nonce, DIGEST, "hostile/1", said.genes),
-                Commit(said.encounter),
+                Accept(sent.encounter, sent.nonce, DIGEST, "hostile/1", sent.genes),
+                Commit(sent.encounter),
             ]
         for message in envelopes:
             encounter = message.encounter
@@ -208,7 +106,7 @@ def impostor(peer: Hostile) -> Callable[[], None]:
 
 
 def replay(peer: Hostile) -> Callable[[], None]:
-    """What honest robots have said, again, to those it was said to and to others."""
+    """Envelopes of honest robots, again, to their receivers and to others."""
 
     def shoot() -> None:
         receiver, envelope, _ = peer.envelope()
@@ -219,10 +117,10 @@ def replay(peer: Hostile) -> Callable[[], None]:
 
 
 def stale(peer: Hostile) -> Callable[[], None]:
-    """Old proposals, whose nonces are of contacts long over, and new ones that quote nonces of contacts of others."""
+    """Old proposals with nonces of past contacts, and new ones with nonces of contacts between others."""
 
     def shoot() -> None:
-        proposals = [entry for entry in tuple(peer.overheard) if isinstance(entry[2], Propose)]
+        proposals = [entry for entry in tuple(peer.recorded) if isinstance(entry[2], Propose)]
         receiver, envelope, _ = peer.chance.choice(proposals)
         peer.post(envelope, receiver)
         robot = peer.victim()
@@ -233,7 +131,7 @@ def stale(peer: Hostile) -> Callable[[], None]:
 
 
 def flood(peer: Hostile) -> Callable[[], None]:
-    """Proposals of thousands of made-up robots, well signed, among replays."""
+    """Proposals of thousands of made-up robots, validly signed, among replays."""
     crowd = [Identity(peer.chance.randbytes(32)) for _ in range(MADE_UP)]
     envelopes = []
     for identity in crowd:
@@ -250,36 +148,38 @@ def flood(peer: Hostile) -> Callable[[], None]:
 
 
 def joins(peer: Hostile) -> Callable[[], None]:
-    """Made-up robots and noise that ask an arena for bodies."""
+    """Requests of made-up robots for bodies, and noise."""
 
     def shoot() -> None:
         join = encode(Join(peer.chance.randbytes(16), COLONY, peer.chance.randrange(-1, 5)))
-        peer.ask(peer.arena.join, join)
-        peer.ask(peer.arena.join, peer.chance.randbytes(40))
+        peer.query(peer.arena.join, join)
+        peer.query(peer.arena.join, peer.chance.randbytes(40))
 
     return shoot
 
 
-def questions(peer: Hostile) -> Callable[[], None]:
-    """Observers that ask for all of the past, without end."""
-    lives: dict[bytes, int] = {}
+def queries(peer: Hostile) -> Callable[[], None]:
+    """History queries of observers, without end."""
+    incarnations: dict[bytes, int] = {}
 
     def shoot() -> None:
         robot = peer.victim()
         _, _, message = peer.envelope()
-        lives[message.encounter.initiator] = message.encounter.incarnation
-        peer.ask(peer.colony.history(robot), encode(HistoryRequest(lives.get(robot, 0), 1)))
-        peer.ask(peer.colony.history(robot), peer.chance.randbytes(20))
+        incarnations[message.encounter.initiator] = message.encounter.incarnation
+        peer.query(
+            peer.colony.history(robot), encode(HistoryRequest(incarnations.get(robot, 0), 1))
+        )
+        peer.query(peer.colony.history(robot), peer.chance.randbytes(20))
 
     return shoot
 
 
 def observations(peer: Hostile) -> Callable[[], None]:
-    """What no body senses: of another world, of a tick that was, no numbers, or noise."""
+    """Forged observations: of another arena run, of an earlier tick, with NaN, or noise."""
 
     def shoot() -> None:
         robot = peer.victim()
-        seen = peer.seen[robot]
+        seen = peer.observations[robot]
         row = np.array([peer.chance.uniform(-1e9, 1e9) for _ in range(OBSERVATION_WIDTH)])
         other = peer.chance.randrange(2**62)
         nothing = pack_row(np.full(OBSERVATION_WIDTH, np.nan))
@@ -295,9 +195,9 @@ def observations(peer: Hostile) -> Callable[[], None]:
 
 
 def future(peer: Hostile) -> Callable[[], None]:
-    """One observation of the right world, but of a tick that will never be."""
+    """One observation of the right arena run, but of a tick in the far future."""
     robot = peer.robots[0]
-    seen = peer.seen[robot]
+    seen = peer.observations[robot]
     peer.put(
         peer.arena.observation(robot), encode(Observation(seen.arena_run, 2**52, seen.row, None))
     )
@@ -305,34 +205,34 @@ def future(peer: Hostile) -> Callable[[], None]:
 
 
 def telemetry(peer: Hostile) -> Callable[[], None]:
-    """States of robots that do not exist, lies about those that do, and noise, for whoever watches."""
+    """Forged states, of robots that do not exist and of those that do, and noise, for observers."""
 
     def shoot() -> None:
         robot = peer.chance.choice((peer.victim(), peer.chance.randbytes(16)))
-        lie = RobotState(
+        forged = RobotState(
             robot, 0, ARENA, 2**32 - 1, 2**50, 0, 1, 2**50, "x", 0.5, 0, 2**50, 2**50, 0, 0, 0, 0,
             0, 0, 0, 0, 0, 0.0,
         )  # fmt: skip
-        peer.put(peer.colony.state(robot), encode(lie))
+        peer.put(peer.colony.state(robot), encode(forged))
         peer.put(peer.colony.state(peer.victim()), peer.chance.randbytes(100))
 
     return shoot
 
 
 def tokens(peer: Hostile) -> Callable[[], None]:
-    """Claims to be on the network as each of the robots, in an older life, and in lives that are no numbers."""
+    """Liveliness tokens in the name of each robot, of an older incarnation, and of invalid ones."""
     live = peer.session.liveliness()
-    lives = ("1", "²", "9" * 5000)
-    claims = [
+    incarnations = ("1", "²", "9" * 5000)
+    declared = [
         live.declare_token(
             peer.colony.alive(robot, 0, "hostile").replace("/0/", f"/{incarnation}/")
         )
         for robot in peer.robots
-        for incarnation in lives
+        for incarnation in incarnations
     ]
 
     def shoot() -> None:
-        assert claims
+        assert declared
 
     return shoot
 
@@ -346,13 +246,13 @@ ATTACKS: dict[str, tuple[Callable[[Hostile], Callable[[], None]], float]] = {
     "stale": (stale, 300.0),
     "flood": (flood, 10_000.0),
     "joins": (joins, 1_000.0),
-    "questions": (questions, 500.0),
+    "queries": (queries, 500.0),
     "observations": (observations, 500.0),
     "future": (future, 1.0),
     "telemetry": (telemetry, 500.0),
     "tokens": (tokens, 1.0),
 }
-"""Every attack, and how often a second it shoots"""
+"""Every attack, and how many times a second it shoots."""
 
 
 def main() -> None:
@@ -369,9 +269,9 @@ def main() -> None:
     attack, per_s = ATTACKS[options.attack]
     shoot = attack(peer)
     print("attacking", flush=True)
-    begun_s, shots = time.monotonic(), 0
+    started_s, shots = time.monotonic(), 0
     while True:
-        due = int((time.monotonic() - begun_s) * per_s)
+        due = int((time.monotonic() - started_s) * per_s)
         while shots < due:
             shoot()
             shots += 1

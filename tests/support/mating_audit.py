@@ -1,4 +1,4 @@
-"""The exact ledger of a colony, over the memories of all its robots: what must hold whatever has happened to them."""
+"""The exact ledger of a colony, over the stores of all its robots: what must hold whatever faults occurred."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from crcolony.storage.reading import StoredRobot, read_stored_robot
 
 @dataclass(frozen=True)
 class Ledger:
-    """What adds up."""
+    """The totals of a colony."""
 
     matings: int
     conceptions: int
@@ -22,12 +22,12 @@ class Ledger:
     turnovers: int
 
 
-def check_ledger(paths: Sequence[Path], *, is_calm: bool = True) -> Ledger:
-    """Check robots that have all come back and have been stopped.
+def check_ledger(paths: Sequence[Path], *, is_settled: bool = True) -> Ledger:
+    """Check the stores of robots that have all restarted and have been stopped.
 
     Every mating has both sides, with the genotypes that were sent; none is open; and every conception is in the pool
-    or was there at a turnover. Robots that were not calm may have been stopped in the middle of a mating: then it is
-    open on both disks, or on one and done on the other, and goes on when they come back.
+    or was there at a turnover. Robots that had not settled may have been stopped during a mating: then it is open on
+    both disks, or on one and done on the other, and continues when they restart.
     """
     stored_robots = [read_stored_robot(path) for path in paths]
     records = {
@@ -36,7 +36,7 @@ def check_ledger(paths: Sequence[Path], *, is_calm: bool = True) -> Ledger:
         for record, _ in stored.matings
     }
     waiting = {key for key, record in records.items() if record.state in ("decided", "prepared")}
-    assert not (is_calm and waiting), "an encounter is open"
+    assert not (is_settled and waiting), "an encounter is open"
     for side in merge_robots(stored_robots).one_sided:
         assert (side.record.peer, side.record.encounter) in waiting, "a mating has one side only"
     total: Counter[str] = Counter()
@@ -60,10 +60,10 @@ def _check_conceptions(stored: StoredRobot) -> int:
     """Check that a robot's offspring are those it conceived, no more and no less; return how many."""
     children = [choice.child for _, choice in stored.matings if choice and choice.conceived]
     pools = [event.offspring for event in stored.events if isinstance(event, TurnedOver)]
-    assert sum(pools) + len(stored.pool) == len(children), "a conception is lost, or made up"
+    assert sum(pools) + len(stored.pool) == len(children), "a conception is lost, or invented"
     conceived = Counter(children)
     waiting = Counter(pack_genes(offspring.genes) for offspring in stored.pool)
-    assert waiting <= conceived, "in the pool is what nobody conceived"
+    assert waiting <= conceived, "an offspring in the pool has no conception"
     of_two = [event for event in stored.events if isinstance(event, Born) and event.father]
-    assert all(event.genes in conceived for event in of_two), "born is what nobody conceived"
+    assert all(event.genes in conceived for event in of_two), "a newborn agent has no conception"
     return len(children)

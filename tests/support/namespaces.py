@@ -1,4 +1,4 @@
-"""Hosts on a switch of their own: network namespaces, made and removed here, with cables that can be cut and lose."""
+"""Hosts on a switch of their own: network namespaces with cables that can be cut and can lose packets."""
 
 import contextlib
 import os
@@ -11,12 +11,12 @@ import pytest
 
 
 def run(*words: str) -> None:
-    """Run a command; raises CalledProcessError with what it said."""
+    """Run a command; raises CalledProcessError with its output."""
     subprocess.run(words, check=True, capture_output=True, text=True, timeout=30)
 
 
-def why_not() -> str:
-    """Say why there can be no namespaces here, or nothing if there can."""
+def missing_requirement() -> str:
+    """Return why there can be no namespaces here; empty if there can."""
     if os.geteuid() != 0:
         return "network namespaces need root"
     for tool in ("ip", "iptables"):
@@ -31,7 +31,7 @@ def why_not() -> str:
     return ""
 
 
-needs_namespaces = pytest.mark.skipif(bool(why_not()), reason=why_not())
+needs_namespaces = pytest.mark.skipif(bool(missing_requirement()), reason=missing_requirement())
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Host:
 
     @property
     def before(self) -> tuple[str, ...]:
-        """The words that run a command there."""
+        """What is put in front of a command to run it there."""
         return ("ip", "netns", "exec", self.name)
 
     def cut(self) -> None:
@@ -61,11 +61,11 @@ class Host:
         run("ip", "-n", self.switch, "link", "set", self.port, "master", bridge)
 
     def ignore(self, other: "Host") -> None:
-        """Lose all that comes from one other host, until `lose` says what is lost."""
+        """Drop all packets of one other host, until the next call of `lose`."""
         run(*self.before, "iptables", "-A", "INPUT", "-s", other.address, "-j", "DROP")
 
     def lose(self, share: float) -> None:
-        """Lose this share of the packets that arrive here; what is sent is not touched."""
+        """Drop this share of the packets that arrive here; outbound ones are not touched."""
         run(*self.before, "iptables", "-F", "INPUT")
         if share > 0.0:
             run(
@@ -76,7 +76,7 @@ class Host:
 
 @contextlib.contextmanager
 def hosts(count: int, first: int = 1) -> Iterator[Sequence[Host]]:
-    """Hosts 10.0.0.1, 10.0.0.2, … on one switch; all is removed when this is left."""
+    """Hosts 10.0.0.1, 10.0.0.2, … on one switch; they are removed at the end of the context."""
     switch = f"{os.getpid()}-switch"
     made = [
         Host(f"{os.getpid()}-host{number}", f"10.0.0.{number}", switch, f"port{number}")

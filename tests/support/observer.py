@@ -1,4 +1,4 @@
-"""A process that tells a test what a colony looks like from where it runs: a line of JSON for all that it hears.
+"""A process that prints what it receives of a colony, a line of JSON each, for a test.
 
 Times are of CLOCK_MONOTONIC, which all processes of a machine share, whatever network namespace they are in.
 """
@@ -25,17 +25,17 @@ from crcolony.transport.zenoh_session import NetworkSettings, open_session
 
 
 class Token(msgspec.Struct, tag=True):
-    """A robot, in one life and session, or an arena (its `robot` is empty) has come or gone."""
+    """The liveliness token of a robot, or of an arena (its `robot` is empty), has appeared or gone."""
 
     at_s: float
     robot: str
     incarnation: int
     session: str
-    there: bool
+    is_online: bool
 
 
-class Stated(msgspec.Struct, tag=True):
-    """A robot's telemetry."""
+class StateReceived(msgspec.Struct, tag=True):
+    """A state of a robot."""
 
     at_s: float
     state: RobotState
@@ -48,7 +48,7 @@ class EventReceived(msgspec.Struct, tag=True):
     message: EventMessage
 
 
-Line = Token | Stated | EventReceived
+Line = Token | StateReceived | EventReceived
 
 
 def main() -> None:
@@ -60,20 +60,20 @@ def main() -> None:
     lines: SimpleQueue[Line] = SimpleQueue()
 
     def on_token(sample: zenoh.Sample) -> None:
-        there, key = sample.kind == zenoh.SampleKind.PUT, str(sample.key_expr)
+        is_online, key = sample.kind == zenoh.SampleKind.PUT, str(sample.key_expr)
         robot, arena = (
             key_expressions.parse_robot_token(key),
             key_expressions.parse_arena_token(key),
         )
         if robot is not None:
             name = robot.robot.hex()
-            lines.put(Token(time.monotonic(), name, robot.incarnation, robot.session, there))
+            lines.put(Token(time.monotonic(), name, robot.incarnation, robot.session, is_online))
         elif arena is not None:
-            lines.put(Token(time.monotonic(), "", 0, arena.session, there))
+            lines.put(Token(time.monotonic(), "", 0, arena.session, is_online))
 
     def on_state(sample: zenoh.Sample) -> None:
         with contextlib.suppress(WireError):
-            lines.put(Stated(time.monotonic(), decode_state(sample.payload.to_bytes())))
+            lines.put(StateReceived(time.monotonic(), decode_state(sample.payload.to_bytes())))
 
     def on_event(sample: zenoh.Sample) -> None:
         lines.put(EventReceived(time.monotonic(), decode_event(sample.payload.to_bytes())))
@@ -82,7 +82,7 @@ def main() -> None:
     of = ColonyKeys("*")
     with open_session(network) as session:
         live = session.liveliness()
-        entities = [
+        declared = [
             live.declare_token(key_expressions.observer(str(session.zid()))),
             session.declare_subscriber(of.all_states, Callback(on_state, indirect=False)),
             session.declare_subscriber(of.all_events, Callback(on_event, indirect=False)),
@@ -91,7 +91,7 @@ def main() -> None:
                 for key in (of.all_alive, key_expressions.ALL_ARENAS_ALIVE)
             ),
         ]
-        while entities:
+        while declared:
             print(msgspec.json.encode(lines.get()).decode(), flush=True)
 
 

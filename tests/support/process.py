@@ -1,4 +1,4 @@
-"""One process of a test: started, started again, killed, paused, stopped, and waited for by what it says."""
+"""One process of a test: started, restarted, killed, paused, stopped, and waited for by what it prints."""
 
 import os
 import signal
@@ -12,32 +12,32 @@ from tests.support.paths import PYTHONPATH, ROOT
 
 
 def wait_until(condition: Callable[[], object], what: str, within_s: float = 60.0) -> float:
-    """Wait for a condition, and return how long it took; fails, naming what was waited for."""
-    begun_s = time.monotonic()
+    """Wait for a condition, and return how long it took (s); fails, naming the condition, after `within_s`."""
+    started_s = time.monotonic()
     while not condition():
-        if time.monotonic() - begun_s > within_s:
-            raise AssertionError(f"in {within_s:g} s it did not happen: {what}")
+        if time.monotonic() - started_s > within_s:
+            raise AssertionError(f"not within {within_s:g} s: {what}")
         time.sleep(0.02)
-    return time.monotonic() - begun_s
+    return time.monotonic() - started_s
 
 
 @dataclass
 class Process:
-    """A process whose output goes into a file. `before` are words in front of the command (another namespace)."""
+    """A process whose output goes into a file. `before` is put in front of the command (for another namespace)."""
 
     command: list[str]
     log: Path
     before: tuple[str, ...] = ()
     cwd: Path = ROOT
     _running: subprocess.Popen[bytes] | None = None
-    _life_at: int = 0
-    """Where in the log its present life begins"""
+    _start_offset: int = 0
+    """Where in the log the output of its latest start begins"""
 
     def start(self) -> "Process":
-        """Start it, or start it again after it has ended."""
-        assert not self.is_running, "it runs already"
+        """Start it, or restart it after it has exited."""
+        assert not self.is_running, "it is running"
         with self.log.open("ab") as log:
-            self._life_at = log.tell()
+            self._start_offset = log.tell()
             self._running = subprocess.Popen(
                 [*self.before, *self.command],
                 stdin=subprocess.DEVNULL,
@@ -64,58 +64,59 @@ class Process:
         self._running.send_signal(number)
 
     def kill(self) -> None:
-        """kill -9, and wait until it is gone."""
+        """Send SIGKILL, and wait until it has exited."""
         assert self._running is not None
         self._running.kill()
         self._running.wait()
 
     def stop(self, within_s: float = 30.0) -> float:
-        """SIGTERM; return how long it took to end well."""
-        begun_s = time.monotonic()
+        """Send SIGTERM; return how long it took to exit with 0 (s)."""
+        started_s = time.monotonic()
         self.signal(signal.SIGTERM)
-        assert self.wait(within_s) == 0, self.said
-        return time.monotonic() - begun_s
+        assert self.wait(within_s) == 0, self.output
+        return time.monotonic() - started_s
 
     def wait(self, within_s: float = 60.0) -> int:
-        """Wait until it has ended by itself, and return its exit code."""
+        """Wait until it has exited, and return its exit code."""
         assert self._running is not None
         return self._running.wait(within_s)
 
     @property
-    def said(self) -> str:
-        """What it has said in its present life."""
+    def output(self) -> str:
+        """What it has printed since its latest start."""
         with self.log.open("rb") as log:
-            log.seek(self._life_at)
+            log.seek(self._start_offset)
             return log.read().decode(errors="replace")
 
-    def wait_for(self, words: str, count: int = 1, within_s: float = 60.0) -> None:
-        """Wait until it has said something, so many times, in its present life."""
+    def wait_for(self, text: str, count: int = 1, within_s: float = 60.0) -> None:
+        """Wait until it has printed a text, so many times, since its latest start."""
 
-        def has_said() -> bool:
-            return self.said.count(words) >= count or not self.is_running
+        def has_printed() -> bool:
+            return self.output.count(text) >= count or not self.is_running
 
-        wait_until(has_said, f"{self.log.name} says {words!r}", within_s)
-        assert self.said.count(words) >= count, f"it ended without {words!r}: {self.said}"
+        wait_until(has_printed, f"{self.log.name} prints {text!r}", within_s)
+        assert self.output.count(text) >= count, f"it exited without {text!r}: {self.output}"
 
 
 @dataclass
 class Robot(Process):
-    """A robot's process, and its memory."""
+    """A robot's process, with the folder of its store."""
 
     folder: Path = Path()
 
     @property
     def id(self) -> bytes:
-        """Its id, once it has said it."""
+        """Its id, once it has printed it."""
         self.wait_for("robot ")
-        _, _, after = self.said.partition("robot ")
+        _, _, after = self.output.partition("robot ")
         return bytes.fromhex(after.split()[0])
 
     @property
-    def memory(self) -> Path:
+    def store(self) -> Path:
+        """The file of its store."""
         return self.folder / "robot.sqlite"
 
     @property
     def has_body(self) -> bool:
-        """Whether it has had a body in its present life."""
-        return "has body" in self.said
+        """Whether it has had a body since its latest start."""
+        return "has body" in self.output

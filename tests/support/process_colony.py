@@ -1,4 +1,4 @@
-"""Colonies of real processes, for tests: put together, watched from outside, and ended."""
+"""Colonies of real processes, for tests: started, observed from outside, and stopped."""
 
 import contextlib
 import signal
@@ -17,7 +17,7 @@ from crcolony.protocol.encounters import MatingLimits
 from crcolony.protocol.mating_messages import Encounter
 from crcolony.protocol.telemetry_messages import Exchanged, RobotState
 from crcolony.transport.zenoh_session import free_port
-from tests.support.observer import EventReceived, Line, Stated, Token
+from tests.support.observer import EventReceived, Line, StateReceived, Token
 from tests.support.paths import ROOT
 from tests.support.process import Process, Robot, wait_until
 
@@ -51,47 +51,49 @@ BUSY = (
 
 
 def settings(*more: str) -> list[str]:
-    """Return the words that set `BUSY`, and more."""
-    return [word for setting in (*BUSY, *more) for word in ("--set", setting)]
+    """Return the options that set `BUSY`, and more."""
+    return [option for setting in (*BUSY, *more) for option in ("--set", setting)]
 
 
-Kind = TypeVar("Kind", Token, Stated, EventReceived)
+Kind = TypeVar("Kind", Token, StateReceived, EventReceived)
 
 
 @dataclass
 class View:
-    """What an observer has heard, as a list and by robot."""
+    """What an observer has received, as a list and by robot."""
 
     process: Process
     lines: list[Line] = field(default_factory=list)
     states: dict[bytes, RobotState] = field(default_factory=dict)
     incarnations: dict[bytes, list[int]] = field(default_factory=dict)
-    """Of every robot, its lives as tokens told them, in order"""
+    """Of every robot, the incarnations of its tokens, in order"""
     matings: Counter[bytes] = field(default_factory=Counter)
-    """Matings of every robot that were told"""
+    """Matings that each robot has published"""
     _alive: set[tuple[str, int, str]] = field(default_factory=set)
     _read_to: int = 0
 
     def update(self) -> "View":
-        """Take in what was said since the last time."""
+        """Read what the observer has printed since the last update."""
         with self.process.log.open("rb") as log:
             log.seek(self._read_to)
             data = log.read()
         whole, _, _ = data.rpartition(b"\n")
         self._read_to += len(whole) + bool(whole)
         for text in whole.splitlines():
-            self._take(msgspec.json.decode(text, type=Line))
+            self._handle_line(msgspec.json.decode(text, type=Line))
         return self
 
-    def _take(self, line: Line) -> None:
+    def _handle_line(self, line: Line) -> None:
         self.lines.append(line)
         match line:
-            case Token(robot=robot, incarnation=incarnation, session=session, there=there):
-                (self._alive.add if there else self._alive.discard)((robot, incarnation, session))
+            case Token(robot=robot, incarnation=incarnation, session=session, is_online=is_online):
+                (self._alive.add if is_online else self._alive.discard)(
+                    (robot, incarnation, session)
+                )
                 incarnations = self.incarnations.setdefault(bytes.fromhex(robot), [])
-                if there and incarnation not in incarnations:
+                if is_online and incarnation not in incarnations:
                     incarnations.append(incarnation)
-            case Stated(state=state):
+            case StateReceived(state=state):
                 self.states[state.robot] = state
             case EventReceived(message=message) if isinstance(message.event, Exchanged):
                 self.matings[message.robot] += 1
@@ -100,8 +102,8 @@ class View:
         """Return the lines of one kind, from the given line on."""
         return [line for line in self.update().lines[since:] if isinstance(line, kind)]
 
-    def mating_driver(self, since: int = 0) -> list[tuple[bytes, Encounter]]:
-        """Return who has told of which mating, from the given line on."""
+    def mated_encounters(self, since: int = 0) -> list[tuple[bytes, Encounter]]:
+        """Return robot and encounter of every published mating, from the given line on."""
         return [
             (line.message.robot, line.message.event.encounter)
             for line in self.all(EventReceived, since)
@@ -109,33 +111,33 @@ class View:
         ]
 
     def is_alive(self, robot: bytes) -> bool:
-        """Whether a robot is on the network."""
+        """Return whether a robot is online."""
         return any(name == robot.hex() for name, _, _ in self.update()._alive)
 
     def alive(self) -> set[bytes]:
-        """Return who is on the network; arenas are not in it."""
+        """Return the robots that are online."""
         return {bytes.fromhex(name) for name, _, _ in self.update()._alive if name}
 
     def fresh(self, robots: Sequence[bytes], since_unix_s: float = 0.0) -> list[RobotState]:
-        """Return what these robots have told of themselves just now, and not before the given time."""
+        """Return the states that these robots have published in the last 1.5 s, and not before the given time."""
         self.update()
         since_ms = 1000.0 * max(time.time() - 1.5, since_unix_s)
         states = [self.states[robot] for robot in robots if robot in self.states]
         return [state for state in states if state.unix_ms >= since_ms]
 
-    def sees(self, robots: Sequence[bytes], peers: int, since_unix_s: float = 0.0) -> bool:
-        """Whether these robots all have bodies and see so many others, at this moment."""
+    def have_peers(self, robots: Sequence[bytes], peers: int, since_unix_s: float = 0.0) -> bool:
+        """Return whether these robots all have bodies and so many peers, at this moment."""
         states = self.fresh(robots, since_unix_s)
         return len(states) == len(robots) and all(
             state.peers == peers and state.arena for state in states
         )
 
-    def all_see_all(self, robots: Sequence[bytes], since_unix_s: float = 0.0) -> bool:
-        """Whether these robots have bodies and see each other, and nobody else, at this moment."""
-        return self.sees(robots, len(robots) - 1, since_unix_s)
+    def are_connected(self, robots: Sequence[bytes], since_unix_s: float = 0.0) -> bool:
+        """Return whether these robots have bodies and exactly each other as peers, at this moment."""
+        return self.have_peers(robots, len(robots) - 1, since_unix_s)
 
     def wait_for_matings(self, count: int, of: bytes | None = None) -> None:
-        """Wait until there have been more matings, each side counting for itself."""
+        """Wait for more matings, where each side counts for itself."""
         before = self._matings_of(of)
         wait_until(lambda: self._matings_of(of) >= before + count, f"{count} more matings")
 
@@ -145,7 +147,7 @@ class View:
 
 
 class Colony:
-    """Processes of one test. Without `before` (words in front of a command) they are on this machine's loopback."""
+    """Processes of one test, on this machine's loopback unless `before` (in front of a command) enters a namespace."""
 
     def __init__(self, folder: Path, *more: str) -> None:
         self.folder = folder
@@ -156,53 +158,55 @@ class Colony:
         self._settings = settings(*more)
 
     def arena(
-        self, places: int, *words: str, name: str = "arena", before: tuple[str, ...] = ()
+        self, slots: int, *options: str, name: str = "arena", before: tuple[str, ...] = ()
     ) -> Process:
-        """Start an arena; it is where all others find each other, unless words say otherwise."""
-        if not {"--listen", "--interface", "--client"} & set(words):
-            words = (*words, "--listen", self.endpoint)
-        out = ["--arena", name, "--robots", str(places), "--out", str(self.folder / name)]
-        arena = self.start(name, "arena", *self._settings, *out, *words, before=before)
+        """Start an arena, to which all others connect unless their options name another endpoint."""
+        if not {"--listen", "--interface", "--client"} & set(options):
+            options = (*options, "--listen", self.endpoint)
+        out = ["--arena", name, "--robots", str(slots), "--out", str(self.folder / name)]
+        arena = self.start(name, "arena", *self._settings, *out, *options, before=before)
         self.arenas.append(arena)
         return arena
 
-    def robot(self, *words: str, before: tuple[str, ...] = ()) -> Robot:
-        """Start one more robot."""
+    def robot(self, *options: str, before: tuple[str, ...] = ()) -> Robot:
+        """Start another robot."""
         name = f"robot-{len(self.robots)}"
         folder = self.folder / name
-        command = crcolony("robot", *self._settings, "--out", str(folder), *self._reach(words))
+        command = crcolony(
+            "robot", *self._settings, "--out", str(folder), *self._with_endpoint(options)
+        )
         robot = Robot(command, self.folder / f"{name}.log", before, folder=folder)
         self.robots.append(robot)
         self.processes.append(robot.start())
         return robot
 
-    def observer(self, *words: str, before: tuple[str, ...] = ()) -> View:
-        """Start somebody who watches."""
+    def observer(self, *options: str, before: tuple[str, ...] = ()) -> View:
+        """Start an observer."""
         log = self.folder / f"observer-{len(self.processes)}.jsonl"
-        command = [sys.executable, "-m", "tests.support.observer", *self._reach(words)]
+        command = [sys.executable, "-m", "tests.support.observer", *self._with_endpoint(options)]
         process = Process(command, log, before)
         self.processes.append(process.start())
         return View(process)
 
     def dashboard(self) -> tuple[Process, str, Path]:
-        """Start a dashboard; return it, where viewers find it, and where it records."""
+        """Start a dashboard; return it, its address for viewers, and the folder of its recording."""
         port = free_port()
         out = self.folder / f"watched-{port}"
-        words = ("--port", str(port), "--out", str(out), "--connect", self.endpoint)
-        process = self.start(f"dashboard-{port}", "dashboard", *words)
+        options = ("--port", str(port), "--out", str(out), "--connect", self.endpoint)
+        process = self.start(f"dashboard-{port}", "dashboard", *options)
         process.wait_for("dashboard at ")
         return process, f"rerun+http://127.0.0.1:{port}/proxy", out
 
-    def start(self, name: str, *words: str, before: tuple[str, ...] = ()) -> Process:
+    def start(self, name: str, *options: str, before: tuple[str, ...] = ()) -> Process:
         """Start any command of crcolony."""
-        process = Process(crcolony(*words), self.folder / f"{name}.log", before)
+        process = Process(crcolony(*options), self.folder / f"{name}.log", before)
         self.processes.append(process.start())
         return process
 
-    def _reach(self, words: Sequence[str]) -> list[str]:
-        if {"--connect", "--interface"} & set(words):
-            return list(words)
-        return [*words, "--connect", self.endpoint]
+    def _with_endpoint(self, options: Sequence[str]) -> list[str]:
+        if {"--connect", "--interface"} & set(options):
+            return list(options)
+        return [*options, "--connect", self.endpoint]
 
     @property
     def ids(self) -> list[bytes]:
@@ -210,38 +214,38 @@ class Colony:
         return [robot.id for robot in self.robots]
 
     @property
-    def memories(self) -> list[Path]:
-        """Where the robots' memories are."""
-        return [robot.memory for robot in self.robots]
+    def stores(self) -> list[Path]:
+        """The files of the robots' stores."""
+        return [robot.store for robot in self.robots]
 
     def outcomes(self) -> Counter[str]:
-        """Return what became of encounters so far (mated, refused, doubt, …), each robot counting for itself.
+        """Return how many encounters had each outcome (mated, refused, doubt, …), where each robot counts for itself.
 
-        By the robots' own logs: nothing on the network is believed.
+        They are read from the robots' own logs, since telemetry could be forged.
         """
-        found: Counter[str] = Counter()
+        counts: Counter[str] = Counter()
         for robot in self.robots:
             for line in robot.log.read_text(errors="replace").splitlines():
                 if line.startswith("mated with "):
-                    found["mated"] += 1
+                    counts["mated"] += 1
                 elif line.startswith("mating with "):
-                    found[line.split(": ", 1)[1].split()[0]] += 1
-        return found
+                    counts[line.split(": ", 1)[1].split()[0]] += 1
+        return counts
 
-    def calm_down(self, view: View) -> None:
-        """Stop the arenas, let the robots end what is under way between them, and stop them, which saves them."""
+    def finish(self, view: View) -> None:
+        """Stop the arenas, wait until no encounter is open, and stop the robots, which saves them."""
         for arena in self.arenas:
             arena.stop()
         stopped_s = time.monotonic()
 
-        def is_calm() -> bool:
+        def is_settled() -> bool:
             states = view.fresh(self.ids)
             is_over = time.monotonic() > stopped_s + MatingLimits().contact_s + 1.5
             return (
                 is_over and len(states) == len(self.robots) and not any(s.waiting for s in states)
             )
 
-        wait_until(is_calm, "no robot has a body or waits for another")
+        wait_until(is_settled, "no encounter is open")
         self.stop_robots()
 
     def stop_robots(self) -> None:
@@ -249,7 +253,7 @@ class Colony:
         for robot in self.robots:
             robot.signal(signal.SIGTERM)
         for robot in self.robots:
-            assert robot.wait() == 0, robot.said
+            assert robot.wait() == 0, robot.output
 
     def kill_all(self) -> None:
         """End every process that was started here."""
@@ -262,28 +266,28 @@ class Colony:
 
 
 def settle(made: Colony, view: View, within_s: float = 90.0) -> None:
-    """Wait until all robots have bodies, see each other, and wait for nobody.
+    """Wait until all robots have bodies and each other as peers, and no encounter is open.
 
-    By what they say from now on: a robot that has just been killed has said a moment ago that all is well.
+    Only states from now on count: a robot that has just been killed has published one a moment ago.
     """
-    ids, begun_unix_s = made.ids, time.time()
+    ids, started_unix_s = made.ids, time.time()
 
     def is_settled() -> bool:
-        return view.all_see_all(ids, begun_unix_s) and not any(
+        return view.are_connected(ids, started_unix_s) and not any(
             state.waiting for state in view.fresh(ids)
         )
 
-    wait_until(is_settled, "all robots have bodies, see each other and wait for nobody", within_s)
+    wait_until(is_settled, "all robots have bodies and peers, and no encounter is open", within_s)
 
 
-def crcolony(*words: str) -> list[str]:
+def crcolony(*options: str) -> list[str]:
     """Return the command as a user types it."""
-    return [sys.executable, "-m", "crcolony", *words]
+    return [sys.executable, "-m", "crcolony", *options]
 
 
 @contextlib.contextmanager
 def colony(folder: Path, *more: str) -> Iterator[Colony]:
-    """A colony whose processes are gone when this is left."""
+    """A colony whose processes are killed at the end of the context."""
     made = Colony(folder, *more)
     try:
         yield made

@@ -1,4 +1,4 @@
-"""A made-up colony of any size that says all a real one would, for benchmarks of who listens: it only walks about."""
+"""A synthetic colony of any size that publishes what a real one does, for benchmarks of observers."""
 
 import itertools
 import time
@@ -29,14 +29,14 @@ COLONY, ARENA = "crowd", "crowd"
 HZ, STATES_PER_S = 10.0, 2.0
 AREA_M2, AGENTS = 1.21, 20
 MATINGS_PER_ROBOT_S = 0.02
-"""As of robots that have evolved, in real time at ten periods a second"""
+"""As of evolved robots in real time, at ten periods a second."""
 JUMP, SENT = b"jump", b"sent"
-"""Said to the crowd: its first robot jumps to the other side, and the answer is when that was published; or it is asked
-how many bytes it has published"""
+"""Commands: the first robot jumps to the other side, answered with the time of its publication; and how many bytes have
+been published."""
 
 
 class Crowd:
-    """Robots that walk at random in a square, and tell of themselves at the rates of real ones."""
+    """Robots that move at random in a square, and publish at the rates of real ones."""
 
     def __init__(self, session: zenoh.Session, count: int) -> None:
         self.session, self.count = session, count
@@ -51,7 +51,7 @@ class Crowd:
         self.matings = [0] * count
         self.tick, self.encounters = 0, itertools.count(1)
         self.sent = 0
-        """Bytes"""
+        """Bytes that were published"""
         self.keys, self.arena = ColonyKeys(COLONY), ArenaKeys(ARENA)
         live = session.liveliness()
         self.tokens = [
@@ -65,16 +65,16 @@ class Crowd:
         self.sent += len(data)
         self.session.put(key, data)
 
-    def bear(self) -> None:
-        """Give every robot its agents."""
+    def publish_births(self) -> None:
+        """Publish the births of every robot's agents."""
         schema = agent_schema(Config().learning, Config().heredity)
         for number, robot in enumerate(self.ids):
-            for place in range(AGENTS):
+            for index in range(AGENTS):
                 genes = schema.random(self.rng).astype("<f8").tobytes()
-                agent = f"{robot.hex()}/{place}"
-                self.tell(number, Born(0, number, 0, agent, "", genes, None, None))
+                agent = f"{robot.hex()}/{index}"
+                self.publish_event(number, Born(0, number, 0, agent, "", genes, None, None))
 
-    def tell(self, number: int, event: RobotEvent) -> None:
+    def publish_event(self, number: int, event: RobotEvent) -> None:
         self.seqs[number] += 1
         message = EventMessage(
             self.ids[number], 0, self.seqs[number], int(1000 * time.time()), event
@@ -82,7 +82,7 @@ class Crowd:
         self.put(self.keys.event(self.ids[number]), encode(message))
 
     def step(self) -> None:
-        """Let a control period pass: everybody walks, some mate, and all is told."""
+        """Make one control period pass: all robots move, some mate, and everything is published."""
         self.tick += 1
         self.headings += self.rng.normal(0.0, 0.3, self.count)
         ahead = np.stack([np.cos(self.headings), np.sin(self.headings)], axis=1)
@@ -100,8 +100,8 @@ class Crowd:
         for me, partner in ((one, other), (other, one)):
             self.matings[me] += 1
             own, others = (f"{self.ids[k].hex()}/{self.tick % AGENTS}" for k in (me, partner))
-            self.tell(me, Met(self.tick, self.ids[partner], own))
-            self.tell(me, Exchanged(self.tick, encounter, own, others, 0.5, True, False))
+            self.publish_event(me, Met(self.tick, self.ids[partner], own))
+            self.publish_event(me, Exchanged(self.tick, encounter, own, others, 0.5, True, False))
 
     def publish_scene(self) -> None:
         places, headings = self.places.tolist(), self.headings.tolist()
@@ -130,11 +130,11 @@ class Crowd:
 
 
 def live(connection: Connection, count: int, endpoint: str, walks: bool = True) -> None:
-    """Be a crowd until killed; one that does not walk only stands, and jumps when it is told to."""
+    """Run a crowd until killed; one that does not walk stands still, and jumps on command."""
     with open_session(NetworkSettings(listen=(endpoint,))) as session:
         crowd = Crowd(session, count)
         connection.send("ready")
-        crowd.bear()
+        crowd.publish_births()
         next_s = time.monotonic()
         while True:
             next_s += 1.0 / HZ

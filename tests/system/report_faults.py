@@ -1,9 +1,9 @@
-"""Prints how a colony of five machines takes faults: `python -m tests.system.report_faults` (root; some six minutes).
+"""Prints how a colony on five hosts reacts to faults: `python -m tests.system.report_faults` (root; some six minutes).
 
-Machines are network namespaces on a switch: an arena, and four robots that mate several times a second. Printed are how
-long it takes until a robot that is gone is seen to be gone; how long after a cut of 8 s all see each other again, with
-bodies and nothing open (to 0.5 s, the period of telemetry); and, against the loss of packets both ways, the share of
-encounters in which a robot was in doubt for a while, or gave its partner up.
+Hosts are network namespaces on a switch: an arena, and four robots that mate several times a second. Printed are how
+long after a fault a robot's token goes; how long after a cut of 8 s all are connected again, with bodies and no open
+encounter (to 0.5 s, the period of telemetry); and, against the loss of packets both ways, the share of encounters in
+which a robot was in doubt for a while, or gave its partner up.
 """
 
 import argparse
@@ -16,7 +16,7 @@ import numpy as np
 
 from tests.support.colony_in_namespaces import FAULTS, Cabled, cabled, detection_s, outcomes
 from tests.support.mating_audit import check_ledger
-from tests.support.namespaces import why_not
+from tests.support.namespaces import missing_requirement
 
 SHARES = (0.0, 0.1, 0.2, 0.4)
 
@@ -27,11 +27,11 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=8, help="of every fault (default 8)")
     parser.add_argument("--seconds", type=float, default=30.0, help="at every loss (default 30)")
     options = parser.parse_args()
-    if why_not():
-        sys.exit(why_not())
+    if missing_requirement():
+        sys.exit(missing_requirement())
     with tempfile.TemporaryDirectory() as folder, cabled(Path(folder)) as lan:
         lan.settle()
-        print("| fault | seen to be gone after, s: median (least to most) |\n|---|---|")
+        print("| fault | offline after, s: median (least to most) |\n|---|---|")
         for fault in FAULTS:
             times = []
             for number in range(options.repeats):
@@ -42,12 +42,12 @@ def main() -> None:
             )
         report_reconvergence(lan, options.repeats)
         report_loss(lan, options.seconds)
-        lan.colony.calm_down(lan.view)
-        print(f"in the end: {check_ledger(lan.colony.memories)}")
+        lan.colony.finish(lan.view)
+        print(f"in the end: {check_ledger(lan.colony.stores)}")
 
 
 def report_reconvergence(lan: Cabled, repeats: int) -> None:
-    """Cut all cables for 8 s, again and again."""
+    """Cut all cables for 8 s, `repeats` times, and print how long it takes to settle."""
     times = []
     for _ in range(repeats):
         for host in lan.hosts:
@@ -57,27 +57,25 @@ def report_reconvergence(lan: Cabled, repeats: int) -> None:
             host.mend()
         times.append(lan.settle())
     p50, p99 = np.quantile(times, (0.5, 0.99))
-    print(
-        f"\nall well again after a cut of 8 s: p50 {p50:.1f} s, p99 {p99:.1f} s, {repeats} cuts\n"
-    )
+    print(f"\nsettled again after a cut of 8 s: p50 {p50:.1f} s, p99 {p99:.1f} s, {repeats} cuts\n")
 
 
 def report_loss(lan: Cabled, seconds: float) -> None:
-    """Lose packets both ways."""
+    """Lose packets both ways, and print the outcomes of encounters."""
     print(
         "| loss | matings a second | in doubt | orphaned | expired or refused | settled after, s |"
     )
     print("|---|---|---|---|---|---|")
     for share in SHARES:
         lan.lose(share, both_ways=True)
-        found = outcomes(lan, seconds)
+        counts = outcomes(lan, seconds)
         lan.lose(0.0, both_ways=True)
         settled_s = lan.settle()
-        sides = found["mated"] or 1
+        sides = counts["mated"] or 1
         print(
-            f"| {share:.0%} | {found['mated'] / 2 / seconds:.1f} | {found['doubt'] / sides:.1%}"
-            f" | {found['orphaned'] / sides:.1%}"
-            f" | {(found['expired'] + found['refused']) / sides:.1%} | {settled_s:.1f} |"
+            f"| {share:.0%} | {counts['mated'] / 2 / seconds:.1f} | {counts['doubt'] / sides:.1%}"
+            f" | {counts['orphaned'] / sides:.1%}"
+            f" | {(counts['expired'] + counts['refused']) / sides:.1%} | {settled_s:.1f} |"
         )
 
 

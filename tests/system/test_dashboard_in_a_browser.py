@@ -21,7 +21,7 @@ def test_launch_shows_its_colony_in_a_browser(tmp_path: Path) -> None:
             "--listen", made.endpoint, "--dashboard", "--out", str(tmp_path / "run"),
         )  # fmt: skip
         launched.wait_for("dashboard: http://")
-        _, _, after = launched.said.partition("dashboard: ")
+        _, _, after = launched.output.partition("dashboard: ")
         with browser_at(after.split()[0]) as page:
 
             def shows_all() -> bool:

@@ -47,7 +47,7 @@ def test_a_port_that_is_taken_is_named(tmp_path: Path, option: str) -> None:
         else:
             dashboard = start(made, *QUICK, "--web", "--web-port", str(taken))
         assert dashboard.wait(30.0) == 2
-        line = dashboard.said.strip().splitlines()[-1]
+        line = dashboard.output.strip().splitlines()[-1]
         assert line == (
             f"crcolony: 127.0.0.1:{taken}: address already in use; choose another with {option}"
         )
@@ -70,7 +70,7 @@ def test_on_a_full_disk_it_goes_on_without_recording(tmp_path: Path) -> None:
         made.processes.append(dashboard)
         dashboard.wait_for("dashboard.rrd: not recorded any more: ", within_s=60.0)
         dashboard.wait_for("telemetry.sqlite: not recorded any more: ", within_s=60.0)
-        assert "Traceback" not in dashboard.said
+        assert "Traceback" not in dashboard.output
         robots[0].kill()
         robots[0].start()
         robots[0].wait_for("has body")
@@ -94,7 +94,7 @@ def test_nonsense_on_the_network_is_counted_and_shown_to_nobody(tmp_path: Path) 
             made.robot()
             dashboard.wait_for("watching colony")
             token.undeclare()  # type: ignore[no-untyped-call]
-        assert "Traceback" not in dashboard.said
+        assert "Traceback" not in dashboard.output
         dashboard.stop()
 
 

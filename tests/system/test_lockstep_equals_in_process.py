@@ -1,4 +1,4 @@
-"""Distribution changes nothing: processes over Zenoh and one process by itself live the same history."""
+"""Distribution changes nothing: processes over Zenoh and a single process have the same history."""
 
 import json
 from pathlib import Path
@@ -9,26 +9,31 @@ from tests.support.process_colony import colony, settings
 
 
 @pytest.mark.parametrize("seed", [3, 4])
-def test_a_colony_of_processes_lives_the_history_of_an_embedded_one(
-    tmp_path: Path, seed: int
-) -> None:
+def test_a_lockstep_colony_has_the_history_of_an_in_process_one(tmp_path: Path, seed: int) -> None:
     """`launch --lockstep` and `evolve` end with the same history hash, and several matings are in it."""
-    words = [*settings("generations=2"), "--seed", str(seed)]
+    options = [*settings("generations=2"), "--seed", str(seed)]
     with colony(tmp_path) as made:
         launched = made.start(
-            "launch", "launch", "-n", "4", "--lockstep", *words, "--out", str(tmp_path / "launched")
+            "launch",
+            "launch",
+            "-n",
+            "4",
+            "--lockstep",
+            *options,
+            "--out",
+            str(tmp_path / "launched"),
         )
-        assert launched.wait(120.0) == 0, launched.said
+        assert launched.wait(120.0) == 0, launched.output
         evolved = made.start(
-            "evolve", "evolve", "--robots", "4", *words, "--out", str(tmp_path / "evolved")
+            "evolve", "evolve", "--robots", "4", *options, "--out", str(tmp_path / "evolved")
         )
-        assert evolved.wait(120.0) == 0, evolved.said
+        assert evolved.wait(120.0) == 0, evolved.output
     hashes = [
         json.loads((tmp_path / run / "run.json").read_text())["history_hash"]
         for run in ("launched", "evolved")
     ]
-    for process, message in zip((launched, evolved), hashes, strict=True):
-        assert process.said.splitlines()[-1] == f"history hash: {message}"
+    for process, history_hash in zip((launched, evolved), hashes, strict=True):
+        assert process.output.splitlines()[-1] == f"history hash: {history_hash}"
     assert hashes[0] == hashes[1]
-    matings = launched.said.partition(" matings led to")[0].split()[-1]
+    matings = launched.output.partition(" matings led to")[0].split()[-1]
     assert int(matings) >= 5, "with so few matings this shows nothing"

@@ -1,4 +1,4 @@
-"""Every process a machine of its own: cables are cut, packets lost, the network splits; and both mate or neither."""
+"""Every process on a host of its own: cables are cut, packets lost, the network splits; both mate or neither."""
 
 import time
 from collections.abc import Iterator
@@ -15,26 +15,26 @@ pytestmark = needs_namespaces
 
 @pytest.fixture(scope="module")
 def lan(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cabled]:
-    """Four robots and an arena on five machines, for all tests here; afterwards their ledger is exact."""
+    """Four robots and an arena on five hosts, for all tests here; afterwards their ledger is exact."""
     with cabled(tmp_path_factory.mktemp("lan")) as made:
         made.settle()
         yield made
         made.settle()
-        made.colony.calm_down(made.view)
-        ledger = check_ledger(made.colony.memories)
+        made.colony.finish(made.view)
+        ledger = check_ledger(made.colony.stores)
         assert ledger.matings > 50
 
 
 def test_a_full_partition_heals(lan: Cabled) -> None:
-    """All cables are out for 8 s: everybody is gone for everybody; then all are back, in their bodies, and mate."""
+    """All cables are out for 8 s, all are offline for each other; then all have their bodies again, and mate."""
     lan.settle()
     mended_s = time.monotonic() + 8.0
     for host in lan.hosts:
         host.cut()
     try:
         for robot in lan.colony.robots:
-            robot.wait_for("the arena is gone", within_s=8.0)
-        wait_until(lambda: not lan.view.alive(), "all robots are gone", 4.0)
+            robot.wait_for("the arena is offline", within_s=8.0)
+        wait_until(lambda: not lan.view.alive(), "all robots are offline", 4.0)
         time.sleep(max(mended_s - time.monotonic(), 0.0))
     finally:
         for host in lan.hosts:
@@ -45,28 +45,28 @@ def test_a_full_partition_heals(lan: Cabled) -> None:
 
 @pytest.mark.parametrize("share", [0.1, 0.4])
 def test_one_way_loss_slows_matings_and_breaks_none(lan: Cabled, share: float) -> None:
-    """Half of the robots lose packets that arrive: matings go on, and afterwards nobody waits for anybody."""
+    """Half of the robots lose inbound packets: matings continue, and afterwards no encounter is open."""
     lan.settle()
     lan.lose(share, both_ways=False)
     try:
-        found = outcomes(lan, 2.0)
+        counts = outcomes(lan, 2.0)
         lan.view.wait_for_matings(8)
     finally:
         lan.lose(0.0, both_ways=False)
-    assert found["orphaned"] == 0
+    assert counts["orphaned"] == 0
     lan.settle()
 
 
-def test_each_half_of_a_split_network_goes_on_by_itself(lan: Cabled) -> None:
-    """Two robots keep the arena and mate on, two wait for it; after healing all four are one colony again."""
+def test_each_half_of_a_split_network_continues_by_itself(lan: Cabled) -> None:
+    """Two robots keep the arena and mate, two wait for it; after healing all four are one colony again."""
     lan.settle()
     near, far = lan.colony.ids[:2], lan.colony.ids[2:]
     for host in lan.hosts[2:]:
         host.plug_into("right")
     try:
-        wait_until(lambda: lan.view.alive() == set(near), "the far half is gone", 10.0)
+        wait_until(lambda: lan.view.alive() == set(near), "the far half is offline", 10.0)
         for robot in near:
-            wait_until(lambda: lan.view.sees(near, 1), "each sees one", 10.0)
+            wait_until(lambda: lan.view.have_peers(near, 1), "each has one peer", 10.0)
             lan.view.wait_for_matings(2, robot)
     finally:
         for host in lan.hosts[2:]:
@@ -76,14 +76,16 @@ def test_each_half_of_a_split_network_goes_on_by_itself(lan: Cabled) -> None:
         lan.view.wait_for_matings(2, robot)
 
 
-def test_two_robots_that_lost_each_other_alone_find_each_other_by_meeting(lan: Cabled) -> None:
-    """The link between two robots dies while both keep the arena: they meet, and come onto the network anew."""
+def test_two_robots_that_lost_only_their_link_reconnect(lan: Cabled) -> None:
+    """The link between two robots is lost while both keep the arena: they meet, and reconnect."""
     lan.settle()
     one, other = lan.colony.ids[:2]
     lan.hosts[0].ignore(lan.hosts[1])
     lan.hosts[1].ignore(lan.hosts[0])
     try:
-        wait_until(lambda: lan.view.sees([one, other], 2), "each sees all but the other", 10.0)
+        wait_until(
+            lambda: lan.view.have_peers([one, other], 2), "each has all peers but the other", 10.0
+        )
     finally:
         lan.hosts[0].lose(0.0)
         lan.hosts[1].lose(0.0)
@@ -91,8 +93,8 @@ def test_two_robots_that_lost_each_other_alone_find_each_other_by_meeting(lan: C
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
-def test_a_robot_that_is_gone_is_seen_to_be_gone(lan: Cabled, fault: Fault) -> None:
-    """Dead at once; frozen or cut off after the lease of 3 s."""
+def test_the_token_of_a_robot_that_failed_goes(lan: Cabled, fault: Fault) -> None:
+    """At once if it crashed; after the lease of 3 s if it is frozen or cut off."""
     lan.settle()
     assert detection_s(lan, fault, 0) < (2.0 if fault.name == "kill -9" else 10.0)
     lan.settle()

@@ -19,7 +19,7 @@ SEED = ("--connect", "tcp/10.0.0.1:7447")
 
 
 def commands() -> list[tuple[str, list[str]]]:
-    """Return the machine and the words of every command of the README's section."""
+    """Return the machine and the arguments of every command of the README's section."""
     section = (ROOT / "README.md").read_text("utf-8").partition("\n## Two machines\n")[2]
     block = section.partition("```\n")[2].partition("```")[0]
     lines = [re.fullmatch(r"(here|there)\$ crcolony (.+)", line) for line in block.splitlines()]
@@ -29,33 +29,36 @@ def commands() -> list[tuple[str, list[str]]]:
 
 
 def start(made: Colony, lan: Sequence[Host], *more: str) -> list[Process]:
-    """Start the four commands in their places, with more words for all but the watcher."""
-    places = {"here": lan[0], "there": lan[1]}
+    """Start the four commands on their machines, with more options for all but `top`."""
+    machines = {"here": lan[0], "there": lan[1]}
     command = str(Path(sys.executable).with_name("crcolony"))
     processes = []
-    for number, (machine, words) in enumerate(commands()):
-        extra = more if words[0] != "top" else ()
-        log = made.folder / f"{number}-{words[0]}.log"
-        process = Process([command, *words, *extra], log, places[machine].before, made.folder)
+    for number, (machine, arguments) in enumerate(commands()):
+        extra = more if arguments[0] != "top" else ()
+        log = made.folder / f"{number}-{arguments[0]}.log"
+        process = Process([command, *arguments, *extra], log, machines[machine].before, made.folder)
         made.processes.append(process.start())
         processes.append(process)
     return processes
 
 
 def wait_for_four(view: View) -> list[bytes]:
-    """Wait until four robots are alive, all with bodies, and everybody sees everybody; return who they are."""
-    wait_until(lambda: len(view.alive()) == 4 and view.all_see_all(sorted(view.alive())), "4 see 4")
+    """Wait until four robots are online, with bodies and connected; return their ids."""
+    wait_until(
+        lambda: len(view.alive()) == 4 and view.are_connected(sorted(view.alive())),
+        "four robots are connected",
+    )
     return sorted(view.alive())
 
 
 def test_the_four_commands_of_the_readme_make_one_colony_on_two_machines(tmp_path: Path) -> None:
-    """Run exactly as they stand: 4 robots alive with bodies in one arena, and the table there shows them."""
+    """Run exactly as printed: 4 robots with bodies in one arena, and the table there shows them."""
     with hosts(2) as lan, colony(tmp_path) as made:
         arena, here, there, top = start(made, lan)
         view = made.observer(*SEED, before=lan[1].before)
         robots = wait_for_four(view)
         assert {view.states[robot].arena for robot in robots} == {"arena"}
-        assert arena.said.count("gets place") == 4
+        assert arena.output.count("gets slot") == 4
         top.wait_for("4 robots alive   arena arena: tick")
         for process in (here, there, top, arena):
             process.stop()
@@ -67,20 +70,20 @@ def test_robots_of_the_two_machines_mate_with_each_other(tmp_path: Path) -> None
         arena, here, there, top = start(made, lan, *settings("robots=4"))
         view = made.observer(*SEED, before=lan[0].before)
         wait_for_four(view)
-        memories = {
+        stores = {
             machine: sorted(tmp_path.glob(f"runs/{machine}/robots/*/robot.sqlite"))
             for machine in ("here", "there")
         }
-        ids_there = {read_stored_robot(path).robot for path in memories["there"]}
+        ids_there = {read_stored_robot(path).robot for path in stores["there"]}
 
         def has_mated_across() -> bool:
             return any(
                 record.peer in ids_there and record.state == "mated"
-                for path in memories["here"]
+                for path in stores["here"]
                 for record, _ in read_stored_robot(path).matings
             )
 
         wait_until(has_mated_across, "a robot here mates with one there")
         for process in (here, there, top, arena):
             process.stop()
-        check_ledger([*memories["here"], *memories["there"]], is_calm=False)
+        check_ledger([*stores["here"], *stores["there"]], is_settled=False)

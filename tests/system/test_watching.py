@@ -1,4 +1,4 @@
-"""Whoever comes late to a colony of processes learns what was before, who is there, and who dies and comes back."""
+"""An observer that joins late receives the history, the robots that are online, and those that crash and restart."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -27,22 +27,24 @@ ROBOTS = 3
 
 
 class ColonyView:
-    """A watcher that asks, and all the news that it had."""
+    """A subscriber that requests the history, and all its status changes."""
 
     def __init__(self, subscriber: TelemetrySubscriber) -> None:
         self.subscriber, self.monitor = subscriber, subscriber.monitor
         self.changes: list[StatusChange] = []
 
     def wait(self, condition: Callable[[], bool], what: str) -> None:
-        def is_so() -> bool:
+        """Poll the subscriber until a condition holds."""
+
+        def is_met() -> bool:
             self.changes += self.subscriber.poll()
             return condition()
 
-        wait_until(is_so, what, 20.0)
+        wait_until(is_met, what, 20.0)
 
-    def message(self, robot: bytes, incarnation: int) -> list[EventMessage]:
-        """Return the events of a robot's life, in order."""
-        events = [changes.message for changes in self.changes if isinstance(changes, EventReceived)]
+    def events_of(self, robot: bytes, incarnation: int) -> list[EventMessage]:
+        """Return the events of an incarnation of a robot, in order."""
+        events = [change.message for change in self.changes if isinstance(change, EventReceived)]
         return sorted(
             (
                 message
@@ -53,7 +55,7 @@ class ColonyView:
         )
 
     def knows_all(self) -> bool:
-        """Whether all are there, have said what they are like and whom they see, and nothing is missing."""
+        """Return whether all robots and the arena are online with their metadata, and no event is missing."""
         arena = self.monitor.arenas.get("arena")
         is_known = arena is not None and arena.metadata is not None
         return (
@@ -70,45 +72,45 @@ class ColonyView:
         )
 
 
-def check_past(view: ColonyView, robots: list[bytes]) -> None:
-    """Every event of each robot has come, from its birth on, once; and what it is like, and whom it sees."""
+def check_history(view: ColonyView, robots: list[bytes]) -> None:
+    """Check that every event of each robot has arrived once, from its birth on, with its settings and peers."""
     for status in view.monitor.alive:
-        message, about = view.message(status.robot, status.incarnation), status.metadata
-        assert [one.seq for one in message] == list(range(1, len(message) + 1))
-        assert isinstance(message[0].event, Born)
-        assert about is not None
-        assert set(about.peers) == set(robots) - {status.robot}
-        assert msgspec.json.decode(about.settings)["life"]["agents"] == 8
+        events, metadata = view.events_of(status.robot, status.incarnation), status.metadata
+        assert [event.seq for event in events] == list(range(1, len(events) + 1))
+        assert isinstance(events[0].event, Born)
+        assert metadata is not None
+        assert set(metadata.peers) == set(robots) - {status.robot}
+        assert msgspec.json.decode(metadata.settings)["life"]["agents"] == 8
 
 
 def check_arena(arena: ArenaStatus) -> None:
-    """What it is like is known, of this run of it."""
+    """Check that its metadata are of its present run."""
     assert arena.scene is not None
     assert arena.metadata is not None
     assert arena.metadata.arena_run == arena.arena_run == arena.scene.arena_run
     assert msgspec.json.decode(arena.metadata.settings)["body"]["encounter_range_m"] == 0.8
 
 
-def check_comeback(view: ColonyView, robot: Robot) -> None:
-    """A robot that is killed vanishes, and comes back in a newer life of which nothing is missed."""
+def check_restart(view: ColonyView, robot: Robot) -> None:
+    """Check that a robot that is killed goes offline, and restarts in a new incarnation without a missing event."""
     me, incarnation = robot.id, view.monitor.robots[robot.id].incarnation
     robot.kill()
-    view.wait(lambda: RobotLeft(me) in view.changes, "it has vanished")
+    view.wait(lambda: RobotLeft(me) in view.changes, "it is offline")
     robot.start()
-    view.wait(lambda: view.monitor.robots[me].incarnation > incarnation, "it is back")
-    new_life = view.monitor.robots[me].incarnation
-    view.wait(view.knows_all, "it is known in its new life")
-    view.wait(lambda: bool(view.message(me, new_life)), "it tells of its new life")
-    of_it = (RobotJoined(me), RobotLeft(me), RobotRestarted(me, new_life))
-    changes = [one for one in view.changes if one in of_it]
-    assert changes == [of_it[0], of_it[1], of_it[0], of_it[2]]
+    view.wait(lambda: view.monitor.robots[me].incarnation > incarnation, "it has restarted")
+    newer = view.monitor.robots[me].incarnation
+    view.wait(view.knows_all, "its new incarnation is known")
+    view.wait(lambda: bool(view.events_of(me, newer)), "its new incarnation publishes events")
+    expected = (RobotJoined(me), RobotLeft(me), RobotRestarted(me, newer))
+    changes = [one for one in view.changes if one in expected]
+    assert changes == [expected[0], expected[1], expected[0], expected[2]]
 
 
-def test_who_comes_late_learns_what_was_before_and_sees_who_dies_and_comes_back(
+def test_a_late_observer_receives_the_history_and_notices_a_restart(
     tmp_path: Path,
 ) -> None:
-    """By asking robots and the arena; nothing that was heard is malformed or lost."""
-    sample: list[RawSample] = []
+    """By queries to the robots and the arena; no sample is malformed or lost."""
+    samples: list[RawSample] = []
     with colony(tmp_path) as made:
         made.arena(ROBOTS, "--hz", "30")
         for _ in range(ROBOTS):
@@ -118,13 +120,13 @@ def test_who_comes_late_learns_what_was_before_and_sees_who_dies_and_comes_back(
         with open_session(NetworkSettings(connect=(made.endpoint,))) as session:
             late = ColonyView(
                 TelemetrySubscriber(
-                    session, sends_requests=True, history=10_000, on_raw_sample=sample.append
+                    session, sends_requests=True, history=10_000, on_raw_sample=samples.append
                 )
             )
-            late.wait(late.knows_all, "all robots are known, with their past")
-            check_past(late, made.ids)
+            late.wait(late.knows_all, "all robots are known, with their history")
+            check_history(late, made.ids)
             check_arena(late.monitor.arenas["arena"])
             assert ArenaJoined("arena") in late.changes
-            check_comeback(late, made.robots[0])
+            check_restart(late, made.robots[0])
             assert late.monitor.malformed == late.monitor.ignored == late.subscriber.dropped == 0
-    assert {one.kind for one in sample} == set(get_args(SampleKind))
+    assert {one.kind for one in samples} == set(get_args(SampleKind))

@@ -1,7 +1,7 @@
-"""Whole colonies live through everything that can go wrong, by seed, and no promise is broken (`simulation.py`).
+"""Whole colonies run with every kind of fault, by seed, and no promise is broken.
 
-SIMULATED_SEEDS=20000 makes a night of it; a failure names its seed and the command that repeats it. The second half
-breaks the code on purpose, one line each, and shows that the simulation notices.
+SIMULATED_SEEDS=20000 runs for a night; a failure names its seed and the command that repeats it. The second half breaks
+the code on purpose, one line each, and shows that the simulation reports it.
 """
 
 import os
@@ -15,6 +15,7 @@ import pytest
 from crcolony.fault_simulation.faults import Faults, draw_faults
 from crcolony.fault_simulation.simulate import Report, simulate
 from crcolony.nodes import mating_driver
+from crcolony.nodes.mating_decision import MatingDecisions
 from crcolony.nodes.mating_driver import MatingDriver
 from crcolony.nodes.robot_node import RobotNode
 from crcolony.protocol.encounters import Effect, EncounterRecord, Send
@@ -41,22 +42,22 @@ ROUGH = Faults(
     clock_jumps=True,
     arena_restarts=True,
 )
-"""Everything at once"""
+"""All kinds of faults at once."""
 
 
 class TestPromises:
-    """Both mate or neither, at most once, by signed genes, with nothing lost, and nothing open in the end."""
+    """Both mate or neither, at most once, with signed genes; no conception is lost, and no encounter stays open."""
 
     @pytest.mark.parametrize("first", range(0, SEEDS, CHUNK))
     def test_no_seed_breaks_a_promise(self, first: int) -> None:
-        """Ten colonies, each with its own mix of faults, keep every promise, and robots mate in them."""
+        """Ten colonies, each with its own mix of faults, keep every promise, and their robots mate."""
         reports = [simulate(seed) for seed in range(first, min(first + CHUNK, SEEDS))]
         broken = [str(report) for report in reports if report.violations]
         assert not broken, "\n".join(broken)
         assert sum(report.matings for report in reports) >= 5 * len(reports)
 
-    def test_everything_at_once(self) -> None:
-        """With all faults on nothing is broken either, and everything that can become of an encounter is seen."""
+    def test_all_kinds_of_faults_at_once(self) -> None:
+        """They break no promise either, and every outcome of an encounter occurs."""
         counts: Counter[str] = Counter()
         for seed in range(10):
             report = simulate(seed, faults=ROUGH)
@@ -70,19 +71,19 @@ class TestPromises:
         ]  # fmt: skip
         assert not [name for name in expected if not counts[name]]
 
-    def test_in_peace_every_mating_has_both_sides_at_once(self) -> None:
-        """Without faults nobody is ever in doubt, gives up, or waits for a partner that is gone."""
+    def test_without_faults_every_mating_has_both_sides_at_once(self) -> None:
+        """No robot is ever in doubt, gives up, or waits for a partner that is offline."""
         report = simulate(1, faults=Faults())
         assert not report.violations, str(report)
         assert report.matings > 10
         assert report.conceptions > 10
         assert not {"doubt", "orphaned", "resolved", "storage", "crashes"} & set(+report.counts)
 
-    def test_a_robot_that_is_missed_by_one_alone_comes_anew(self) -> None:
-        """Where single links are clogged for seconds, whoever misses a robot that lives comes onto the network anew."""
+    def test_a_robot_that_has_lost_a_single_link_reconnects(self) -> None:
+        """Where single links are clogged for seconds, a robot whose peer acts and is not online reconnects."""
         reports = [simulate(seed, faults=Faults(clogs=True)) for seed in range(10)]
         assert not [str(report) for report in reports if report.violations]
-        assert sum(report.counts["came anew"] for report in reports) > 0
+        assert sum(report.counts["reconnects"] for report in reports) > 0
 
     @pytest.mark.parametrize("robots", [2, 8])
     def test_colonies_of_other_sizes(self, robots: int) -> None:
@@ -93,8 +94,10 @@ class TestPromises:
 
 
 class TestRepeatability:
-    def test_a_seed_is_a_colony(self) -> None:
-        """The same seed gives the same history and the same words, whatever hashes Python uses; another seed others."""
+    """A seed determines everything."""
+
+    def test_the_same_seed_gives_the_same_colony(self) -> None:
+        """The same history and the same messages, whatever hashes Python uses; another seed gives others."""
         code = "from crcolony.fault_simulation.simulate import simulate; print(repr(simulate(3)))"
         runs = {
             subprocess.run(
@@ -111,103 +114,107 @@ class TestRepeatability:
         assert report.log != other.log
         assert report.history != other.history
 
-    def test_a_failure_says_how_to_repeat_it(self) -> None:
-        """A report with a violation ends with the command that gives it again; one without has none."""
+    def test_a_failure_names_the_command_that_repeats_it(self) -> None:
+        """A report with a violation ends with the command; one without has none."""
         failed = Report(7, 3, draw_faults(Random(7)), violations=["a promise"])
         assert str(failed).endswith("crcolony simulate --seeds 1 --seed 7 --robots 3")
         assert "VIOLATION a promise" in str(failed)
         assert "repeat" not in str(Report(7, 3, Faults()))
 
 
-def assert_caught(words: str, faults: Faults, seeds: int = 10) -> None:
-    """Assert that the simulation complains in these words, in at most so many colonies."""
-    complaints: list[str] = []
+def assert_caught(text: str, faults: Faults, seeds: int = 10) -> None:
+    """Assert that a simulation reports a violation with this text, in at most so many colonies."""
+    violations: list[str] = []
     for seed in range(seeds):
-        complaints += simulate(seed, faults=faults).violations
-        if any(words in complaint for complaint in complaints):
+        violations += simulate(seed, faults=faults).violations
+        if any(text in violation for violation in violations):
             return
-    pytest.fail(f"not noticed: {complaints}")
+    pytest.fail(f"not reported: {violations}")
 
 
-STRUCK = Faults(crash_operations=30.0)
-"""Processes die between any two things they do."""
-FULL = Faults(full_disks=True)
+CRASHES = Faults(crash_operations=30.0)
+"""Processes crash between any two operations."""
+FULL_DISKS = Faults(full_disks=True)
+"""Disks are full for a while."""
 
 
 class TestSabotage:
-    """Each test breaks one thing and names the complaint."""
+    """Each test breaks one thing and names the violation that is reported."""
 
-    def test_saying_before_writing(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """A robot that says what is not on its disk yet is heard doing so."""
+    def test_sending_before_writing(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """A robot that sends what is not on its disk yet is reported."""
         carry_out = MatingDriver._carry_out
 
-        def say_first(self: MatingDriver, now_s: float, effects: list[Effect]) -> None:
+        def send_first(self: MatingDriver, now_s: float, effects: list[Effect]) -> None:
             carry_out(self, now_s, sorted(effects, key=lambda effect: not isinstance(effect, Send)))
 
-        monkeypatch.setattr(MatingDriver, "_carry_out", say_first)
+        monkeypatch.setattr(MatingDriver, "_carry_out", send_first)
         assert_caught("but on its disk is", Faults())
 
-    def test_forgetting_decisions_that_are_younger_than_the_snapshot(
+    def test_forgetting_decisions_that_are_newer_than_the_snapshot(
         self, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        """A robot that comes back without what it conceived last is noticed."""
+        """A robot that restarts without its last conceptions is reported."""
         monkeypatch.setattr(RobotStore, "decisions_since", lambda self: [])
-        assert_caught("a conception is lost in a restart", STRUCK)
+        assert_caught("a conception is lost in a restart", CRASHES)
 
     def test_drawing_the_same_numbers_again(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """A robot that comes back with randomness it has used already is noticed."""
-        relive = RobotNode._replay_decision
+        """A robot that restarts with random numbers that it has used already is reported."""
+        replay = MatingDecisions.replay
 
-        def relive_without_stream(
-            self: RobotNode, record: EncounterRecord, decision: Decision
-        ) -> None:
-            stream = self.robot.stream.copy()
-            relive(self, record, decision)
-            self.robot.stream[...] = stream
+        def replay_without_stream(
+            self: MatingDecisions, record: EncounterRecord, decision: Decision
+        ) -> bool:
+            stream = self._robot.stream.copy()
+            conceived = replay(self, record, decision)
+            self._robot.stream[...] = stream
+            return conceived
 
-        monkeypatch.setattr(RobotNode, "_replay_decision", relive_without_stream)
-        assert_caught("would draw the same numbers again", STRUCK)
+        monkeypatch.setattr(MatingDecisions, "replay", replay_without_stream)
+        assert_caught("would draw the same numbers again", CRASHES)
 
-    def test_believing_letters_of_another_colony(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """A robot that takes genes signed for another colony has genes its partner did not give."""
+    def test_accepting_envelopes_of_another_colony(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """A robot that accepts genes signed for another colony has genes that its partner did not send."""
         monkeypatch.setattr(mating_driver, "has_valid_signature", lambda envelope, colony: True)
-        assert_caught("has genes its partner did not give", Faults(forgery=0.5, tail=0.1))
+        assert_caught("has genes its partner did not send", Faults(forgery=0.5, tail=0.1))
 
-    def test_believing_a_commit_of_another_colony(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """A responder that takes a decision signed for another colony mates alone."""
+    def test_accepting_a_commit_of_another_colony(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """A responder that accepts a decision signed for another colony mates alone."""
         monkeypatch.setattr(mating_driver, "has_valid_signature", lambda envelope, colony: True)
         assert_caught("only one of the two mated", Faults(forgery=0.5, tail=0.1, loss=0.2))
 
-    def test_not_undoing_what_a_full_disk_refused(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """A robot that goes on as if its disk had taken a decision is heard claiming it."""
+    def test_not_rolling_back_what_a_full_disk_refused(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """A robot that continues as if a decision were on its disk is reported when it sends it."""
         monkeypatch.setattr(MatingStateMachine, "rollback", lambda self, now_s, write: [])
-        assert_caught("but on its disk is", FULL)
+        assert_caught("but on its disk is", FULL_DISKS)
 
     def test_keeping_an_offspring_that_a_full_disk_refused(
         self, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        """A pool with an offspring that nobody decided about is noticed."""
-        monkeypatch.setattr(RobotNode, "rollback_decision", lambda self: None)
-        assert_caught("conceptions, ", FULL)
+        """A pool with an offspring without a decision is reported."""
+        monkeypatch.setattr(MatingDecisions, "rollback", lambda self: None)
+        assert_caught("conceptions, ", FULL_DISKS)
 
     def test_mating_before_being_on_the_disk(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """Newborns who mate though their snapshot found no room: after a crash others are born by their names."""
+        """Agents that mate before their birth is saved: after a crash others are born with their names."""
         never = property(lambda self: False, lambda self, value: None)
         monkeypatch.setattr(RobotNode, "_has_unsaved_births", never, raising=False)
-        assert_caught("gives genes of an agent that is not on its disk", FULL)
+        assert_caught("sends genes of an agent that is not on its disk", FULL_DISKS)
 
-    def test_forgetting_what_is_open(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """A robot that comes back without its open encounters leaves its partner alone with a mating."""
+    def test_forgetting_open_encounters(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """A robot that restarts without its open encounters leaves its partner alone with a mating."""
         monkeypatch.setattr(RobotStore, "open_records", lambda self: [])
-        assert_caught("only one of the two mated", STRUCK)
+        assert_caught("only one of the two mated", CRASHES)
 
-    def test_beginning_the_same_life_twice(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """A robot that does not count its starts is noticed."""
+    def test_repeating_an_incarnation(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """A robot that does not count its starts is reported."""
         monkeypatch.setattr(RobotStore, "begin_incarnation", lambda self, unix_s: 5)
-        assert_caught("lives 5 twice", STRUCK, seeds=1)
+        assert_caught("repeats incarnation 5", CRASHES, seeds=1)
 
     def test_leaving_a_partner_in_doubt(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """An initiator that does not answer what it has never decided leaves its partner waiting for ever."""
+        """An initiator that does not answer about an unknown encounter leaves its partner waiting for ever."""
         on_accept = MatingStateMachine._on_accept
 
         def only_known(
@@ -222,10 +229,10 @@ class TestSabotage:
             return on_accept(self, now_s, message, envelope, waiting)  # type: ignore[arg-type]
 
         monkeypatch.setattr(MatingStateMachine, "_on_accept", only_known)
-        assert_caught("still prepared at the end", STRUCK)
+        assert_caught("still prepared at the end", CRASHES)
 
-    def test_an_error_nobody_expected(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """An exception in a robot is a complaint that names the place, and the colony lives on."""
+    def test_an_unexpected_error(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """An exception in a robot is a violation that names the place, and the colony continues."""
 
         def fail(self: RobotNode, now_s: float) -> None:
             raise KeyError("sabotage")

@@ -1,0 +1,71 @@
+"""What a robot's node is given: who the robot is, how it is to run, and what it uses of its process."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from crcolony.config import Config
+from crcolony.protocol.identity import Identity
+from crcolony.protocol.telemetry_messages import RobotEvent
+from crcolony.storage.store import RobotStore
+from crcolony.transport.interface import Transport
+
+STATE_PERIOD_S = 0.5
+"""How often a robot publishes its state."""
+
+
+class UnixClock(Protocol):
+    """Returns the time of day, in seconds since 1970."""
+
+    def __call__(self) -> float: ...
+
+
+@dataclass(frozen=True)
+class ColonyMember:
+    """A robot as its colony knows it: its key, the colony's name, its number, and the ordinal of this start."""
+
+    identity: Identity
+    colony: str
+    number: int
+    incarnation: int
+
+
+def _ignore_event(_: RobotEvent) -> None:
+    """Do nothing with an event."""
+
+
+@dataclass(frozen=True)
+class NodeResources:
+    """What a robot uses of its process. `on_event` receives every event that the robot publishes."""
+
+    store: RobotStore
+    transport: Transport
+    unix_s: UnixClock
+    on_event: Callable[[RobotEvent], None] = _ignore_event
+
+
+@dataclass(frozen=True)
+class EmbodimentOptions:
+    """Where a robot requests its body, and how often it saves and publishes its state."""
+
+    config: Config
+    arena: str
+    wanted_slot: int = -1
+    """The slot of the arena that it requests; -1: any"""
+    snapshot_s: float = 10.0
+    state_period_s: float = STATE_PERIOD_S
+
+
+def _ignore_line(_: str) -> None:
+    """Do nothing with a line."""
+
+
+@dataclass(frozen=True)
+class ProcessCallbacks:
+    """What a robot calls in its process."""
+
+    reconnect: Callable[[], None]
+    """Closes the network session and opens another"""
+    print_line: Callable[[str], None] = _ignore_line
+    count_dropped: Callable[[], int] = lambda: 0
+    """Returns how many inbound events were discarded"""

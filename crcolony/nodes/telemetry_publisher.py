@@ -1,0 +1,104 @@
+"""What a robot sends to observers: its state, its events, and replies about its history and its settings."""
+
+import itertools
+from collections import Counter
+from collections.abc import Callable, Iterable
+
+from crcolony.nodes.event_buffer import EventBuffer
+from crcolony.nodes.node_inputs import UnixClock
+from crcolony.protocol.codec import WireError, encode
+from crcolony.protocol.identity import RobotId
+from crcolony.protocol.telemetry_messages import (
+    MAX_REPORTED_PEERS,
+    Fault,
+    RobotEvent,
+    RobotMetadata,
+    RobotState,
+    decode_history_request,
+)
+from crcolony.rate_limit import TokenBucket
+from crcolony.transport.interface import Transport
+
+_MAX_FAULTS_PER_S = 10.0
+"""Fault events that peers can make a robot publish."""
+_MAX_REPLIES_PER_S = 100.0
+"""Replies to observers, about history and metadata together."""
+_MAX_FAULT_CHARACTERS = 500
+
+
+class TelemetryPublisher:
+    """The telemetry of one incarnation of a robot. `on_event` receives every event that is published."""
+
+    def __init__(
+        self,
+        robot: RobotId,
+        incarnation: int,
+        transport: Transport,
+        unix_s: UnixClock,
+        on_event: Callable[[RobotEvent], None],
+    ) -> None:
+        self.settings = "{}"
+        """The robot's body, learning, life and heredity settings, as a JSON object"""
+        self.faults: Counter[str] = Counter()
+        """Faults of the outside, by kind"""
+        self._robot, self._incarnation = robot, incarnation
+        self._transport, self._unix_s, self._on_event = transport, unix_s, on_event
+        self._events = EventBuffer(robot, incarnation)
+        self._fault_limit = TokenBucket(_MAX_FAULTS_PER_S)
+        self._reply_limit = TokenBucket(_MAX_REPLIES_PER_S)
+
+    @property
+    def seq(self) -> int:
+        """Sequence number of the last event."""
+        return self._events.seq
+
+    @property
+    def unix_ms(self) -> int:
+        """Time of day (ms since 1970), never negative."""
+        return max(0, int(1000.0 * self._unix_s()))
+
+    def publish_event(self, event: RobotEvent) -> None:
+        """Number an event, keep it for observers that miss it, and publish it."""
+        self._on_event(event)
+        message = self._events.append(event, self.unix_ms)
+        self._transport.publish_telemetry(self._robot, "event", message)
+
+    def publish_state(self, state: RobotState) -> None:
+        """Publish the state of the robot."""
+        self._transport.publish_telemetry(self._robot, "state", encode(state))
+
+    def report_fault(self, tick: int, what: str) -> None:
+        """Count a fault of the outside by the text before its first colon, and publish it unless there are too many."""
+        self.faults[what.partition(":")[0]] += 1
+        if self._fault_limit.allow(self._unix_s()):
+            self.publish_event(Fault(tick, what[:_MAX_FAULT_CHARACTERS]))
+
+    def reply_history(self, tick: int, request: bytes, reply: Callable[[bytes], None]) -> None:
+        """Reply with the events that an observer asks for; count malformed and excessive requests as faults."""
+        try:
+            history_request = decode_history_request(request)
+        except WireError as error:
+            self.report_fault(tick, f"malformed query: {error}")
+            return
+        if self._may_reply(tick):
+            reply(encode(self._events.reply_to(history_request)))
+
+    def reply_metadata(
+        self,
+        tick: int,
+        request: bytes,
+        reply: Callable[[bytes], None],
+        peers: Iterable[RobotId],
+    ) -> None:
+        """Reply with the robot's settings and some of its peers, within the same limits."""
+        if request:
+            self.report_fault(tick, "malformed query: it is not empty")
+        elif self._may_reply(tick):
+            reported = list(itertools.islice(peers, MAX_REPORTED_PEERS))
+            reply(encode(RobotMetadata(self._robot, self._incarnation, self.settings, reported)))
+
+    def _may_reply(self, tick: int) -> bool:
+        may_reply = self._reply_limit.allow(self._unix_s())
+        if not may_reply:
+            self.report_fault(tick, "malformed query: too many queries")
+        return may_reply

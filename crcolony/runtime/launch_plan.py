@@ -1,0 +1,129 @@
+"""What a launch starts: which processes, with which command lines, on which network."""
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from crcolony.config import Config
+from crcolony.runtime.supervisor import DASHBOARD, ChildProcess
+from crcolony.storage.files import make_folder
+from crcolony.transport.zenoh_session import (
+    HERE,
+    MAX_MESH_ROBOTS,
+    NetworkSettings,
+    free_port,
+    is_taken,
+)
+
+
+@dataclass(frozen=True)
+class LaunchOptions:
+    """What to start."""
+
+    config: Config
+    count: int
+    """Robots, each its own process"""
+    folder: Path
+    colony: str
+    arena: str
+    network: NetworkSettings | None
+    """None: a port of this machine, for this colony alone"""
+    wall_period_s: float | None
+    """Time between two ticks of the arena; None: lockstep"""
+    robots_only: bool
+    minutes: float | None
+    has_dashboard: bool = False
+    """Whether to show the colony in a browser"""
+
+    @property
+    def is_repeatable(self) -> bool:
+        """Whether the same seed gives the same history: in lockstep, with an arena of its own."""
+        return self.wall_period_s is None and not self.robots_only
+
+
+@dataclass(frozen=True)
+class LaunchNetworks:
+    """How the processes of a launch connect to the network."""
+
+    robots: NetworkSettings
+    arena: NetworkSettings
+    router: NetworkSettings | None
+    endpoint: str
+    """Where other processes join them, as an option of the command line if it starts with a dash"""
+
+
+def choose_networks(launch: LaunchOptions) -> LaunchNetworks:
+    """Return the given network, or one on this machine: a mesh, or a router for more robots than a mesh carries."""
+    network = launch.network
+    if network is None:
+        is_free = launch.robots_only or not is_taken(HERE)
+        seed = HERE if is_free else f"tcp/127.0.0.1:{free_port()}"
+        if launch.count > MAX_MESH_ROBOTS and not launch.robots_only:
+            client = NetworkSettings(role="client", connect=(seed,))
+            router = NetworkSettings(role="router", listen=(seed,))
+            return LaunchNetworks(client, client, router, seed)
+        return LaunchNetworks(
+            NetworkSettings(connect=(seed,)), NetworkSettings(listen=(seed,)), None, seed
+        )
+    if launch.robots_only or not network.listen:
+        endpoint = (*network.connect, f"--interface {network.interface}")[0]
+        return LaunchNetworks(network, network, None, endpoint)
+    robots = NetworkSettings(connect=network.listen)
+    return LaunchNetworks(robots, network, None, network.listen[0])
+
+
+def child_processes(launch: LaunchOptions, networks: LaunchNetworks) -> list[ChildProcess]:
+    """Return the processes to start, in order; creates the folder of their logs."""
+    logs = launch.folder / "logs"
+    make_folder(logs)
+    children = []
+    if networks.router is not None:
+        children.append(_child("router", ["router", *_network_options(networks.router)], logs))
+    if not launch.robots_only:
+        children.append(_child("arena", _arena_command(launch, networks.arena), logs))
+    if launch.has_dashboard:
+        children.append(_child(DASHBOARD, _dashboard_command(launch, networks.robots), logs))
+    for number in range(launch.count):
+        command = _robot_command(launch, networks.robots, number)
+        children.append(_child(f"robot {number}", command, logs))
+    return children
+
+
+def _child(name: str, command: list[str], logs: Path) -> ChildProcess:
+    log = logs / f"{name.replace(' ', '-')}.log"
+    return ChildProcess(name, [sys.executable, "-m", "crcolony", *command], log)
+
+
+def _network_options(network: NetworkSettings) -> list[str]:
+    """Return a network as options of the command line."""
+    options = [word for endpoint in network.connect for word in ("--connect", endpoint)]
+    options += [word for endpoint in network.listen for word in ("--listen", endpoint)]
+    if network.interface:
+        options += ["--interface", network.interface]
+    return [*options, "--client"] if network.role == "client" else options
+
+
+def _arena_command(launch: LaunchOptions, network: NetworkSettings) -> list[str]:
+    clock = (
+        ["--lockstep", "--expect", str(launch.count)]
+        if launch.wall_period_s is None
+        else ["--hz", repr(1.0 / launch.wall_period_s)]
+    )
+    config = str(launch.folder / "config.toml")
+    command = ["arena", "--config", config, "--arena", launch.arena, "--out", str(launch.folder)]
+    return [*command, *clock, *_network_options(network)]
+
+
+def _robot_command(launch: LaunchOptions, network: NetworkSettings, number: int) -> list[str]:
+    command = [
+        "robot", "--config", str(launch.folder / "config.toml"), "--colony", launch.colony,
+        "--arena", launch.arena, "--out", str(launch.folder / "robots" / str(number)),
+        *_network_options(network),
+    ]  # fmt: skip
+    if not launch.robots_only:
+        command += ["--number", str(number)]
+    return [*command, "--repeatable"] if launch.is_repeatable else command
+
+
+def _dashboard_command(launch: LaunchOptions, network: NetworkSettings) -> list[str]:
+    return ["dashboard", "--web", "--out", str(launch.folder), *_network_options(network)]

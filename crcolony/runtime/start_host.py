@@ -1,0 +1,132 @@
+"""From options to the running process of a host. Everything that is opened is closed, whatever happens."""
+
+import contextlib
+import secrets
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from crcolony.body import contract
+from crcolony.config import Config
+from crcolony.nodes.node_inputs import ColonyMember, NodeResources
+from crcolony.nodes.reported_settings import settings_of_robot
+from crcolony.nodes.robot_node import RobotNode
+from crcolony.protocol.identity import Identity, create_key, load_key
+from crcolony.results.run_folder import keep_config
+from crcolony.results.run_report import print_run_report
+from crcolony.robot.factory import make_robots, own_streams
+from crcolony.robot.robot import Robot
+from crcolony.robot.state import Robots
+from crcolony.robot.step import step_robots
+from crcolony.runtime.console import print_line
+from crcolony.runtime.host_process import HostProcess
+from crcolony.runtime.hosted_robots import HostedRobots
+from crcolony.runtime.networked_arena import NetworkedArena, restore_arena
+from crcolony.runtime.start_arena import new_arena
+from crcolony.shutdown import ShutdownSignal
+from crcolony.storage.files import ARENA_CHECKPOINT, KEY_FILE, ROBOT_FILE, make_folder
+from crcolony.storage.store import RobotStore
+from crcolony.transport.inbox import Inbox
+from crcolony.transport.interface import Transport
+from crcolony.transport.zenoh_arena import ArenaTransport
+from crcolony.transport.zenoh_robots import RobotTransport
+from crcolony.transport.zenoh_session import NetworkSettings, open_session
+
+
+@dataclass(frozen=True)
+class HostOptions:
+    """How a host is run. `wall_period_s` None: as fast as possible; `minutes` None: until it is stopped."""
+
+    config: Config
+    count: int
+    """Robots in this process"""
+    folder: Path
+    colony: str
+    arena: str
+    network: NetworkSettings
+    wall_period_s: float | None
+    minutes: float | None
+
+
+def run_host(options: HostOptions) -> None:
+    """Run an arena with robots in this process until it is stopped.
+
+    Raises CrcolonyError for wrong input, and FatalStorageError when a disk fails.
+    """
+    config, folder = options.config, options.folder
+    make_folder(folder)
+    keep_config(folder, config)
+    inbox = Inbox()
+    arena_run = secrets.randbelow(2**62)
+    arena = new_arena(config, arena_run, lockstep=False, expect=0)
+    folders = [folder / "robots" / str(number) for number in range(options.count)]
+    identities = [_load_identity(robot_folder) for robot_folder in folders]
+    ids = [identity.id for identity in identities]
+    batch, parameters, robots = make_robots(config, [one.hex() for one in ids], own_streams(ids))
+    restore_arena(arena, folder / ARENA_CHECKPOINT)
+    _compile_step(config, ids[0])
+    stop = ShutdownSignal(options.minutes, wake=inbox.wake)
+    with contextlib.ExitStack() as opened:
+        session = opened.enter_context(open_session(options.network))
+        robot_transport = RobotTransport(session, options.colony, options.arena, inbox.deliver)
+        nodes = []
+        for number, (identity, robot) in enumerate(zip(identities, robots, strict=True)):
+            store = _open_store(folders[number], identity, robot)
+            opened.callback(store.close)
+            nodes.append(
+                _new_node(identity, options.colony, number, robot, batch, store, robot_transport)
+            )
+        transport = ArenaTransport(session, options.arena, arena_run, inbox.deliver)
+        networked = NetworkedArena(
+            arena, options.arena, transport, folder / ARENA_CHECKPOINT, print_line
+        )
+        hosted = HostedRobots(nodes, batch, parameters, robot_transport)
+        process = HostProcess(networked, hosted, inbox, print_line)
+        process.start(settings_of_robot(config, config.body))
+        print_line(
+            f"{options.count} robots of colony {options.colony} in arena {options.arena},"
+            f" and {config.robots - options.count} slots for others"
+        )
+        try:
+            process.run(stop, options.wall_period_s)
+        finally:
+            process.stop()
+    print_run_report(Console(), folder, config)
+
+
+def _load_identity(folder: Path) -> Identity:
+    """Return the identity of a robot's folder; create folder and key if they are missing."""
+    make_folder(folder)
+    key = folder / KEY_FILE
+    return load_key(key) if key.exists() else create_key(key)
+
+
+def _open_store(folder: Path, identity: Identity, robot: Robot) -> RobotStore:
+    schema = bytes.fromhex(robot.subpopulation.schema.digest)
+    return RobotStore(folder / ROBOT_FILE, identity.id, schema)
+
+
+def _new_node(
+    identity: Identity,
+    colony: str,
+    number: int,
+    robot: Robot,
+    batch: Robots,
+    store: RobotStore,
+    transport: Transport,
+) -> RobotNode:
+    incarnation = store.begin_incarnation(int(time.time()))
+    member = ColonyMember(identity, colony, number, incarnation)
+    return RobotNode(member, robot, batch, NodeResources(store, transport, time.time))
+
+
+def _compile_step(config: Config, robot: bytes) -> None:
+    """Compile the step of a batch before a clock runs."""
+    step_robots(
+        *make_robots(config, ["0"], own_streams([robot]))[:2],
+        np.zeros((1, contract.OBSERVATION_WIDTH)),
+        np.zeros((1, contract.ACTION_WIDTH)),
+    )

@@ -1,0 +1,158 @@
+"""One robot without a network, for tests: what it sends is recorded, and events are passed to it directly."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+import numpy as np
+
+from crcolony.body.contract import OBSERVATION_WIDTH
+from crcolony.body.settings import CyberRodent
+from crcolony.nodes.embodied_robot import EmbodiedRobot
+from crcolony.nodes.node_inputs import (
+    ColonyMember,
+    EmbodimentOptions,
+    NodeResources,
+    ProcessCallbacks,
+)
+from crcolony.nodes.robot_node import RobotNode
+from crcolony.protocol.body_messages import (
+    Action,
+    BodyGranted,
+    Contact,
+    Join,
+    Leave,
+    Observation,
+    decode_action,
+    decode_join,
+    pack_row,
+)
+from crcolony.protocol.codec import encode
+from crcolony.protocol.identity import RobotId, seeded
+from crcolony.protocol.telemetry_messages import RobotEvent, Scene, SceneRobot
+from crcolony.robot.factory import make_robots, own_streams
+from crcolony.robot.state import SLICE_OVER
+from crcolony.storage.store import RobotStore
+from crcolony.transport.interface import (
+    JoinReplyReceived,
+    ObservationReceived,
+    QueryReceived,
+    SceneReceived,
+)
+from tests.support.small_colony import small
+
+COLONY, ARENA_RUN = "blue", 7
+ME, PEER = sorted((seeded(COLONY, 1, k) for k in range(2)), key=lambda key: key.id)
+ZERO_ROW = pack_row(np.zeros(OBSERVATION_WIDTH))
+BODY = msgspec.json.encode(CyberRodent()).decode()
+
+
+class RecordingTransport:
+    """A transport that records what a robot sends."""
+
+    def __init__(self) -> None:
+        self.requests: list[Join | Leave] = []
+        self.actions: list[Action] = []
+        self.telemetry: list[tuple[str, bytes]] = []
+        """Topic and message"""
+        self.is_scene_needed = False
+
+    def send_envelope(self, to: RobotId, envelope: bytes) -> None: ...
+
+    def request_body(self, robot: RobotId, request: bytes) -> None:
+        self.requests.append(decode_join(request))
+
+    def publish_action(self, robot: RobotId, action: bytes) -> None:
+        self.actions.append(decode_action(action))
+
+    def publish_telemetry(
+        self, robot: RobotId, topic: Literal["state", "event"], data: bytes
+    ) -> None:
+        self.telemetry.append((topic, data))
+
+    def subscribe_scene(self, is_needed: bool) -> None:
+        self.is_scene_needed = is_needed
+
+
+class LoneRobot:
+    """An embodied robot, started at time 0, with its store in `folder`."""
+
+    def __init__(self, folder: Path) -> None:
+        config = small()
+        batch, _, (robot,) = make_robots(config, [ME.id.hex()], own_streams([ME.id]))
+        schema = bytes.fromhex(robot.subpopulation.schema.digest)
+        self.store = RobotStore(folder / "robot.sqlite", ME.id, schema, durable=False)
+        self.transport = RecordingTransport()
+        self.lines: list[str] = []
+        """What it printed"""
+        self.events: list[RobotEvent] = []
+        self.reconnections = 0
+        self.batch, self.unix_s = batch, 1_000.0
+        member = ColonyMember(ME, COLONY, 0, self.store.begin_incarnation(5))
+        resources = NodeResources(
+            self.store, self.transport, lambda: self.unix_s, self.events.append
+        )
+        self.node = RobotNode(member, robot, batch, resources)
+        self.node.peers.session = "mine"
+        self.robot = EmbodiedRobot(
+            self.node,
+            self.transport,
+            EmbodimentOptions(config, "here"),
+            ProcessCallbacks(self._reconnect, self.lines.append),
+        )
+        self.robot.start(0.0)
+
+    def _reconnect(self) -> None:
+        self.reconnections += 1
+
+    def grant_body(
+        self, now_s: float, tick: int = 0, lockstep: bool = False, arena_run: int = ARENA_RUN
+    ) -> None:
+        """Grant it a body in slot 2."""
+        reply = encode(BodyGranted(2, arena_run, tick, 0.1, lockstep, BODY))
+        self.robot.handle_event(now_s, JoinReplyReceived(ME.id, reply))
+
+    def observe(
+        self,
+        now_s: float,
+        tick: int,
+        arena_run: int = ARENA_RUN,
+        row: bytes = ZERO_ROW,
+        contact: Contact | None = None,
+    ) -> None:
+        """Deliver an observation."""
+        observation = encode(Observation(arena_run, tick, row, contact))
+        self.robot.handle_event(now_s, ObservationReceived(ME.id, observation))
+
+    def deliver_scene(self, now_s: float, is_lit: bool) -> None:
+        """Deliver a scene with the body of `PEER`, with its lamp on or off."""
+        self.robot.handle_event(now_s, SceneReceived(encode(scene_of(PEER.id, is_lit))))
+
+    def query(self, topic: Literal["history", "metadata"], request: bytes) -> list[bytes]:
+        """Return the replies to a query."""
+        replies: list[bytes] = []
+        self.robot.handle_event(0.0, QueryReceived(topic, ME.id, request, replies.append))
+        return replies
+
+    def set_captures(self, captures: Sequence[int]) -> None:
+        """Set how many batteries each agent has captured in its lifetime."""
+        self.batch.captures[0] = captures
+
+    def turn_over(self) -> None:
+        """End the last slice of a generation."""
+        generation = self.node.robot.generation
+        while self.node.robot.generation == generation:
+            self.batch.events[0] = SLICE_OVER
+            self.node.advance_slice()
+
+    @property
+    def acted(self) -> list[int]:
+        """The ticks of its actions."""
+        return [action.tick for action in self.transport.actions]
+
+
+def scene_of(robot: RobotId, is_lit: bool, colony: str = COLONY) -> Scene:
+    """Return a scene with one body."""
+    body = SceneRobot(robot, colony, 0.0, 0.0, 0.0, False, float(is_lit), 0.0, 0.0, False)
+    return Scene("here", ARENA_RUN, 1, 1, 0, 0.1, 1.0, 1.0, [body], [])

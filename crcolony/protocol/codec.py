@@ -77,7 +77,7 @@ class StrictDecoder(Generic[T]):
             )
             message: T = msgspec.convert((values,), self._wrapper).message
         except (ValueError, msgspec.ValidationError) as error:
-            raise WireError(str(error)) from None
+            raise WireError(str(error) or "not MessagePack") from None
         # This also refuses what msgspec converts silently: an integer into a float, a base64 text into bytes.
         if encode(message) != data:  # type: ignore[arg-type]
             raise WireError("not in canonical form")

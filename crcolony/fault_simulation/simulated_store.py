@@ -5,13 +5,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from random import Random
 from typing import Any
 
+from crcolony.errors import FatalStorageError
 from crcolony.evolution.history import Event
 from crcolony.fault_simulation.faults import CrashError, Hazard
 from crcolony.fault_simulation.invariants import InvariantChecker
 from crcolony.protocol.encounters import EncounterRecord
 from crcolony.protocol.identity import RobotId
-from crcolony.storage.rows import Decision, Known
-from crcolony.storage.store import FatalStorageError, RobotStore, StorageFullError
+from crcolony.storage.rows import Decision, StoreState
+from crcolony.storage.store import RobotStore, StorageFullError
 
 _FAILING = 0.7
 """Share of transactions for which a disk has no room while it is nearly full"""
@@ -52,11 +53,11 @@ class SimulatedStore(RobotStore):
         self._robot_id, self._disk, self._hazard, self._checker = robot, disk, hazard, checker
 
     @contextlib.contextmanager
-    def _transaction(self) -> Iterator[Known]:
+    def _transaction(self) -> Iterator[StoreState]:
         if not self._disk.has_room():
             raise StorageFullError("no room")
-        with super()._transaction() as known:
-            yield known
+        with super()._transaction() as state:
+            yield state
             self._strike()
 
     def _strike(self) -> None:

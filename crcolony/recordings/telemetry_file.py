@@ -4,7 +4,6 @@ A process that is killed loses what it heard since its last commit; the file can
 When the disk is full nothing is recorded any more, and the file stays readable.
 """
 
-import contextlib
 import sqlite3
 from collections.abc import Collection, Iterator
 from contextlib import closing
@@ -15,6 +14,7 @@ from urllib.parse import quote
 from crcolony.errors import CrcolonyError
 from crcolony.recordings.disk_space import check_room
 from crcolony.recordings.downsampling import Downsampler
+from crcolony.storage.sql import close_as_one_file
 from crcolony.telemetry.colony_monitor import SampleKind, TelemetrySample
 
 TELEMETRY_FILE = "telemetry.sqlite"
@@ -120,13 +120,9 @@ class TelemetryFile:
         return trouble
 
     def _end(self) -> None:
-        if self._database is None:
-            return
-        with contextlib.suppress(sqlite3.Error):  # on a full disk it stays two files, and as good
-            self._database.execute("PRAGMA journal_mode=DELETE")
-        with contextlib.suppress(sqlite3.Error):
-            self._database.close()
-        self._database = None
+        if self._database is not None:
+            close_as_one_file(self._database)
+            self._database = None
 
 
 def read_samples(path: Path, kinds: Collection[SampleKind] = KINDS) -> Iterator[TelemetrySample]:

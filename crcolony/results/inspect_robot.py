@@ -61,10 +61,10 @@ def inspect_memory(path: Path, table: str | None) -> None:
 
 def _in_words(stored: StoredRobot) -> Iterator[str]:
     yield f"memory of robot {stored.robot.hex()}"
-    if stored.taken is None or stored.tick is None:
+    if stored.saved_unix_s is None or stored.tick is None:
         yield f"incarnation {stored.incarnation}, nothing saved yet"
     else:
-        when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(stored.taken))
+        when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(stored.saved_unix_s))
         yield f"incarnation {stored.incarnation}, generation {stored.generation}, saved {when} at tick {stored.tick}"
     yield from _matings_in_words(stored)
     yield from _open_in_words(stored)

@@ -84,7 +84,7 @@ def _without_newest(path: Path, other: Path) -> Seen:
     for source, target in files:
         target.write_bytes(source.read_bytes())
     store = open_store(other)
-    newest = "(SELECT newest FROM memory WHERE older > 0)"
+    newest = "(SELECT newest FROM head WHERE older > 0)"
     store._connection.execute(f"UPDATE snapshots SET robot = x'' WHERE serial = {newest}")
     store.close()
     store = open_store(other)

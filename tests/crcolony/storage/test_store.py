@@ -19,13 +19,14 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
+from crcolony.errors import FatalStorageError
 from crcolony.evolution.history import Event
 from crcolony.protocol.encounters import EncounterRecord
-from crcolony.storage import schema as memory_schema
+from crcolony.storage import schema as robot_schema
 from crcolony.storage.reading import read_stored_robot
 from crcolony.storage.rows import Decision
 from crcolony.storage.sql import StorageError
-from crcolony.storage.store import FatalStorageError, RobotStore, StorageFullError
+from crcolony.storage.store import RobotStore, StorageFullError
 from tests.support.robot_stores import (
     ME,
     OTHER,
@@ -76,7 +77,7 @@ def test_what_is_written_is_read_as_it_was(tmp_path: Path) -> None:
     assert stored.matings == [(alone, None), (mated, decision(2))]
     assert stored.events == events(3)
     assert (stored.tick, stored.generation) == (30, 3)
-    assert stored.taken is not None
+    assert stored.saved_unix_s is not None
     (offspring,) = stored.pool
     assert (offspring.genes.tolist(), offspring.mother, offspring.step) == ([3.0, 3.0], "me/1", 3)
 
@@ -162,7 +163,7 @@ def test_a_damaged_snapshot_gives_way_to_the_one_before(tmp_path: Path) -> None:
     store.save(robot(1), events(1), tick=1)
     record = mate(store, 1)
     store.save(robot(2), events(2), tick=2)
-    newest = "(SELECT newest FROM memory)"
+    newest = "(SELECT newest FROM head)"
     store._connection.execute(f"UPDATE snapshots SET robot = x'00' WHERE serial = {newest}")
     store.close()
     store = open_store(path)
@@ -301,7 +302,7 @@ def test_after_a_failed_sync_nothing_more_is_written(tmp_path: Path) -> None:
     with pytest.raises(FatalStorageError, match="disk I/O error"):
         mate(store, 1)
     store._database = whole
-    with pytest.raises(FatalStorageError, match="begin again"):
+    with pytest.raises(FatalStorageError, match="start again"):
         mate(store, 2)
     store.close()
     store = open_store(path)
@@ -327,7 +328,7 @@ def test_another_robots_memory_or_another_schemas_is_refused(tmp_path: Path) -> 
     """Both are named, and the memory stays as it was."""
     path = tmp_path / "robot.sqlite"
     open_store(path).close()
-    with pytest.raises(StorageError, match="the memory of robot 6d6d6d6d, not of 6f6f6f6f"):
+    with pytest.raises(StorageError, match="the file of robot 6d6d6d6d, not of 6f6f6f6f"):
         RobotStore(path, OTHER, SCHEMA)
     with pytest.raises(StorageError, match="another schema"):
         RobotStore(path, ME, bytes(16))
@@ -379,7 +380,7 @@ def test_an_older_memory_is_brought_to_the_present(
     database.commit()
     database.close()
     later = "ALTER TABLE encounters ADD COLUMN mood TEXT NOT NULL DEFAULT 'good';"
-    monkeypatch.setattr(memory_schema, "MIGRATIONS", (*memory_schema.MIGRATIONS, later))
+    monkeypatch.setattr(robot_schema, "MIGRATIONS", (*robot_schema.MIGRATIONS, later))
     content = path.read_bytes()
     assert tuple(read_stored_robot(path).matings) == before.matings
     assert path.read_bytes() == content
@@ -555,7 +556,7 @@ class AgainstAModel(RuleBasedStateMachine):
     @rule()
     @precondition(lambda self: len(self.snapshots) == 2)
     def lose_newest_snapshot(self) -> None:
-        newest = "(SELECT newest FROM memory)"
+        newest = "(SELECT newest FROM head)"
         query = f"UPDATE snapshots SET robot = x'01' WHERE serial = {newest}"
         self.store._connection.execute(query)
         self.snapshots.pop()

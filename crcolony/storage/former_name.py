@@ -8,7 +8,7 @@ from pathlib import Path
 from crcolony.storage.files import existing_robot_file, lock_file, lock_of, log_of
 from crcolony.storage.integrity import check_integrity
 from crcolony.storage.schema import check_not_truncated, is_robot_file, names_in
-from crcolony.storage.sql import StorageError, storage_errors
+from crcolony.storage.sql import StorageError, connect_read_only, storage_errors
 
 _BUSY_S = 0.3
 
@@ -28,6 +28,7 @@ def rename_former_file(path: Path) -> None:
     try:
         check_not_truncated(former)
         with storage_errors(former):
+            _check(former)
             _merge_log(former)
         former.rename(path)
         _sync_folder(path.parent)
@@ -45,10 +46,15 @@ def _check_no_leftovers(path: Path) -> None:
             raise StorageError(f"{leftover}: the file it belongs to is missing")
 
 
-def _merge_log(path: Path) -> None:
-    with closing(sqlite3.connect(path, timeout=_BUSY_S, isolation_level=None)) as database:
+def _check(path: Path) -> None:
+    """Raise StorageError if a file is damaged or not a robot's file."""
+    with closing(connect_read_only(path)) as database:
         if is_robot_file(database, path):
             check_integrity(database, path, names_in(database, path))
+
+
+def _merge_log(path: Path) -> None:
+    with closing(sqlite3.connect(path, timeout=_BUSY_S, isolation_level=None)) as database:
         (mode,) = database.execute("PRAGMA journal_mode = DELETE").fetchone()
     if mode != "delete" or log_of(path).exists():
         raise StorageError(f"{path}: in use by another process")

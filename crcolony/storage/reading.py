@@ -6,7 +6,6 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 import msgspec
 import numpy as np
@@ -20,7 +19,7 @@ from crcolony.storage.files import existing_robot_file
 from crcolony.storage.integrity import IntegrityReport, check_integrity
 from crcolony.storage.rows import Decision, decision_of, read_snapshot, record_of
 from crcolony.storage.schema import check_not_truncated, is_robot_file, migrate
-from crcolony.storage.sql import StorageError, select, storage_errors
+from crcolony.storage.sql import StorageError, connect_read_only, select, storage_errors
 
 _events = msgspec.msgpack.Decoder(Event)
 
@@ -57,8 +56,7 @@ def read_stored_robot(path: Path) -> StoredRobot:
     check_not_truncated(path)
     with storage_errors(path), closing(sqlite3.connect(":memory:")) as database:
         # A copy is of one moment, blocks the robot only briefly, and can be migrated to the present version.
-        uri = f"file:{quote(str(path.absolute()))}?mode=ro"
-        with closing(sqlite3.connect(uri, uri=True)) as source:
+        with closing(connect_read_only(path)) as source:
             if not is_robot_file(source, path):
                 raise StorageError(f"{path}: not a crcolony robot file: it is empty")
             source.backup(database)

@@ -6,6 +6,7 @@ import sqlite3
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import msgspec
 
@@ -83,6 +84,11 @@ def select_one(
 ) -> dict[str, Any] | None:
     """Return the first row of a query, or None if it has no rows."""
     return next(iter(list(select(database, query, *values))), None)
+
+
+def connect_read_only(path: Path) -> sqlite3.Connection:
+    """Open a database that is there, without any way to change it; raises sqlite3.Error."""
+    return sqlite3.connect(f"file:{quote(str(path.absolute()))}?mode=ro", uri=True)
 
 
 def close_as_one_file(database: sqlite3.Connection) -> None:

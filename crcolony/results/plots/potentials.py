@@ -20,6 +20,7 @@ from crcolony.results.plots.conditions import Condition, PlotError, Run
 from crcolony.results.plots.style import COLUMN_IN, new_figure
 from crcolony.robot.genes import agent_schema, decode
 from crcolony.robot.modules import MODULES
+from crcolony.storage.sql import connect_read_only
 
 _BEST = 3
 """Agents of one run whose potentials are drawn."""
@@ -80,7 +81,7 @@ def _read_agents(run: Run, generation: int) -> list[tuple[FloatArray, int]]:
     path = run.folder / HISTORY_DATABASE
     size = len(agent_schema(run.config.learning, run.config.heredity).genes)
     try:
-        with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as database:
+        with closing(connect_read_only(path)) as database:
             rows = database.execute(
                 "SELECT births.genes, lives.matings FROM lives JOIN births USING (agent)"
                 " WHERE lives.generation = ? ORDER BY lives.matings DESC, lives.captures DESC, agent",

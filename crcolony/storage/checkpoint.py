@@ -45,7 +45,7 @@ def read_checkpoint(source: Path | BinaryIO) -> dict[str, Any]:
 
 
 def _extract_arrays(tree: Any, path: str, arrays: dict[str, np.ndarray]) -> Any:
-    """Move every array of a tree into `arrays` and return the tree with their paths in their indices."""
+    """Move every array of a tree into `arrays` and return the tree with each one's path in its place."""
     if isinstance(tree, np.ndarray):
         return _extract_array(tree, path, arrays)
     if isinstance(tree, Mapping):

@@ -96,7 +96,7 @@ def test_a_run_that_is_told_to_stop_writes_everything_and_can_go_on(
     process.send_signal(number)
     output, errors = process.communicate(timeout=60)
     assert (process.returncode, errors) == (0, "")
-    assert "go on with: python -m crcolony evolve --resume --out" in output
+    assert "resume with: python -m crcolony evolve --resume --out" in output
     message = json.loads((tmp_path / "run" / "run.json").read_text())
     assert message["status"] == "stopped"
     assert message["history_hash"] == hash_of(output)
@@ -205,7 +205,7 @@ def test_check_says_whether_a_config_is_good(tmp_path: Path) -> None:
     """A good file, and one with a slip in it."""
     path = tmp_path / "my.toml"
     path.write_text("robots = 6\n")
-    assert crcolony("check", path).stdout == f"{path}: good\n"
+    assert crcolony("check", path).stdout == f"{path}: valid\n"
     path.write_text("robotts = 6\n")
     done = crcolony("check", path)
     assert done.returncode == 2

@@ -14,8 +14,8 @@ import pytest
 from scipy import stats
 
 from crcolony.config import Config
-from crcolony.experiments.paper3_survival import arms_of
-from crcolony.experiments.statistics import report
+from crcolony.experiments.paper3_survival import conditions_of
+from crcolony.experiments.statistics import format_report
 from crcolony.experiments.sweep import Outcome, read_outcome
 from crcolony.storage.files import FolderError
 from tests.support.small_colony import SMALL
@@ -31,8 +31,8 @@ def command(*words: object) -> list[str]:
 def test_the_arms_differ_in_one_thing_each() -> None:
     """Central selection, or no shaping genes; everything else is the config that was given."""
     config = Config(robots=3)
-    assert arms_of(config, compare=False) == {"implicit": config}
-    conditions = arms_of(config, compare=True)
+    assert conditions_of(config, compare=False) == {"implicit": config}
+    conditions = conditions_of(config, compare=True)
     assert list(conditions) == ["implicit", "central", "without shaping"]
     assert msgspec.structs.replace(conditions["central"], selection="implicit") == config
     unshaped = conditions["without shaping"]
@@ -67,7 +67,7 @@ def test_all_arms_and_seeds_are_run_written_and_reported(tmp_path: Path) -> None
         command(*words, "--resume", "--robots", 5), capture_output=True, text=True, timeout=250
     )
     assert other.returncode == 2
-    assert "another config" in other.stderr
+    assert "not the config of this comparison" in other.stderr
 
 
 def test_a_comparison_that_is_stopped_goes_on_where_it_was(tmp_path: Path) -> None:
@@ -88,7 +88,7 @@ def test_a_comparison_that_is_stopped_goes_on_where_it_was(tmp_path: Path) -> No
     os.killpg(stopped.pid, signal.SIGINT)
     output, errors = stopped.communicate(timeout=100)
     assert (stopped.returncode, errors) == (0, "")
-    assert "go on with the same command and --resume" in output
+    assert "resume with the same command and --resume" in output
     assert not (tmp_path / "parts" / "outcomes.csv").exists()
     subprocess.run(command(*words, tmp_path / "parts", "--resume"), check=True, timeout=250)
     name = "outcomes.csv"
@@ -114,7 +114,7 @@ def test_the_report_says_what_scipy_says() -> None:
     rng = np.random.default_rng(1)
     own, central = rng.normal(5.0, 1.0, 20), rng.normal(6.0, 1.0, 20)
     lambdas = 1.0 - 0.1 * own + rng.normal(0.0, 0.1, 20)
-    lines = report(outcomes_of("implicit", own, lambdas) + outcomes_of("central", central, lambdas))
+    lines = format_report(outcomes_of("implicit", own, lambdas) + outcomes_of("central", central, lambdas))
     text = "\n".join(lines)
     low, high = stats.t.interval(0.95, 19, own.mean(), stats.sem(own))
     assert f"{own.mean():.2f} ± {0.5 * (high - low):.2f} at the end" in text
@@ -126,11 +126,11 @@ def test_the_report_says_what_scipy_says() -> None:
     interval = text.split("implicit / central: ")[1].split("(")[1].split(")")[0]
     below, above = map(float, interval.split(" to "))
     assert below < own.mean() / central.mean() < above < below + 0.4
-    assert "too few runs" in "\n".join(report(outcomes_of("implicit", own[:2], lambdas[:2])))
-    assert report(outcomes_of("implicit", own[:1], lambdas[:1]))
+    assert "too few runs" in "\n".join(format_report(outcomes_of("implicit", own[:2], lambdas[:2])))
+    assert format_report(outcomes_of("implicit", own[:1], lambdas[:1]))
 
 
 def test_a_folder_without_a_whole_run_is_refused(tmp_path: Path) -> None:
     """Its name is said."""
-    with pytest.raises(FolderError, match="not the results of a whole run"):
+    with pytest.raises(FolderError, match="not the results of a finished run"):
         read_outcome("implicit", tmp_path)

@@ -1,4 +1,4 @@
-"""Whatever a power cut or a failing disk leaves of a robot's file is a clean earlier state, or is refused in one line."""
+"""Whatever a power cut or a failing disk leaves of a file is a clean earlier state, or is refused in one line."""
 
 import contextlib
 import random
@@ -132,7 +132,7 @@ def _continue(store: RobotStore, copy: Copy) -> Seen:
 
 
 def test_a_log_cut_anywhere_is_a_clean_earlier_state(tmp_path: Path) -> None:
-    """Between two pages or in the middle of one: what was written before is there as a whole, or the file is refused."""
+    """Between two pages or in the middle of one: what was written before is there, or the file is refused."""
     for copy in (history()[8], history()[9], history()[-1]):
         found = set()
         for start in range(LOG_HEADER, len(copy.log) + 1, FRAME):

@@ -27,7 +27,7 @@ from crcolony.results.plots.figures import (
     draw_meta_parameters,
 )
 from crcolony.results.plots.potentials import draw_potentials
-from crcolony.results.plots.style import COLUMN_IN, LINES, PAGE_IN, style, write
+from crcolony.results.plots.style import COLUMN_IN, LINES, PAGE_IN, style, write_figure
 from crcolony.robot.genes import META_PARAMETERS
 from tests.support.small_colony import small
 
@@ -398,7 +398,7 @@ class TestFiles:
             for draw in (draw_matings, draw_potentials):
                 for kind in ("pdf", "svg", "png"):
                     one, other = (
-                        write(draw(read_conditions([comparison])), tmp_path / f"{name}.{kind}")
+                        write_figure(draw(read_conditions([comparison])), tmp_path / f"{name}.{kind}")
                         for name in ("one", "other")
                     )
                     assert one.read_bytes() == other.read_bytes()
@@ -410,7 +410,7 @@ class TestFiles:
     ) -> None:
         """As publishers ask: none is a bitmap, or drawn by PostScript."""
         with style():
-            content = write(figures["meta_parameters"], tmp_path / "figure.pdf").read_bytes()
+            content = write_figure(figures["meta_parameters"], tmp_path / "figure.pdf").read_bytes()
         assert b"/FontFile2" in content
         assert b"/Type3" not in content
 
@@ -514,7 +514,7 @@ class TestRefusals:
     def test_more_arms_than_a_figure_can_tell_apart(self, comparison: Path) -> None:
         """Seven."""
         (condition, *_) = read_conditions([comparison])
-        with pytest.raises(PlotError, match="7 settings: a figure can tell 6 apart"):
+        with pytest.raises(PlotError, match="7 settings: a figure can show 6"):
             draw_figures(7 * [condition])
 
     def test_output_that_cannot_be_written(self, copy: Path) -> None:

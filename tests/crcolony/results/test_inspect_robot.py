@@ -66,7 +66,9 @@ def stored(tmp_path: Path) -> Path:
         record = encountered(count)
         store.write([record], record, decision(conceived))
     prepared = encountered(3, "responder", "prepared")
-    store.write([prepared, encountered(4, "responder", "aborted"), replace(prepared, orphaned=True)])
+    store.write(
+        [prepared, encountered(4, "responder", "aborted"), replace(prepared, orphaned=True)]
+    )
     father = f"{PEER.id.hex()}/1"
     child = (np.frombuffer(GENES), f"{ME.id.hex()}/1", father, 7)
     events: list[Event] = [

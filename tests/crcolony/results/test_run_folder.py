@@ -2,49 +2,20 @@
 
 import csv
 import json
-import sqlite3
 from pathlib import Path
 
 import msgspec
 import numpy as np
 import pytest
 
-from crcolony.config import Config, ConfigError, load
-from crcolony.evolution.history import Born, Died, Lived, Mated, TurnedOver
-from crcolony.in_process.colony import InProcessColony
-from crcolony.in_process.run import resume_run, run_until_done, start_run
+from crcolony.config import ConfigError, load
+from crcolony.evolution.history import Lived
+from crcolony.in_process.run import resume_run, start_run
+from crcolony.results.history_database import TABLES
 from crcolony.results.run_folder import RunFolder
 from crcolony.storage.files import FolderError
+from tests.support.run_folders import rows_of, run
 from tests.support.small_colony import Recorder, live, new_colony, small
-
-TABLES = {
-    Born: "births",
-    Mated: "matings",
-    Died: "deaths",
-    Lived: "lives",
-    TurnedOver: "turnovers",
-}
-
-
-def run(folder: Path, config: Config, stop_after: int = 10**9) -> RunFolder:
-    """Run a colony until its end, or until it has asked `stop_after` times whether to stop."""
-    results, colony = start_run(folder, config)
-    finish(results, colony, stop_after)
-    return results
-
-
-def finish(results: RunFolder, colony: InProcessColony, stop_after: int = 10**9) -> None:
-    checks = iter(range(stop_after))
-    run_until_done(results, colony, lambda: next(checks, None) is None, lambda _: None)
-    results.close()
-
-
-def rows_of(folder: Path, table: str) -> list[tuple[object, ...]]:
-    database = sqlite3.connect(folder / "history.sqlite")
-    try:
-        return database.execute(f"SELECT * FROM {table}").fetchall()
-    finally:
-        database.close()
 
 
 def test_a_folder_holds_config_versions_seed_history_and_a_table(tmp_path: Path) -> None:
@@ -69,48 +40,6 @@ def test_a_folder_holds_config_versions_seed_history_and_a_table(tmp_path: Path)
     for generation, row in enumerate(table_rows):
         matings = [v.matings for v in recorder.all(Lived) if v.generation == generation]
         assert float(row["matings"]) == pytest.approx(np.mean(matings))
-
-
-def test_a_run_that_was_stopped_and_resumed_equals_one_that_was_not(tmp_path: Path) -> None:
-    """History hash, database and table are equal to those of an undisturbed run."""
-    config = small("life.agents=40", "generations=2")
-    whole = run(tmp_path / "whole", config)
-    run(tmp_path / "parts", config, stop_after=1)
-    described = json.loads((tmp_path / "parts" / "run.json").read_text())
-    assert described["status"] == "stopped"
-    assert described["generations"] == 0
-    results, colony = resume_run(tmp_path / "parts")
-    assert colony.tick > 0
-    finish(results, colony)
-    assert str(results.hash) == str(whole.hash)
-    for table in TABLES.values():
-        assert rows_of(results.folder, table) == rows_of(whole.folder, table)
-    name = "generations.csv"
-    assert (results.folder / name).read_bytes() == (whole.folder / name).read_bytes()
-
-
-def test_what_came_after_the_last_checkpoint_is_repeated(tmp_path: Path) -> None:
-    """A run killed long after its checkpoint continues from there, and no event is in its history twice."""
-    config = small()
-    whole = run(tmp_path / "whole", config)
-    folder = tmp_path / "killed"
-    results, colony = start_run(folder, config)
-    for _ in range(2):
-        colony.run(10_000)
-        results.write_generation(colony.summary)
-    results.close()
-    finish(*resume_run(folder))
-    assert rows_of(folder, "births") == rows_of(whole.folder, "births")
-    name = "generations.csv"
-    assert (folder / name).read_bytes() == (whole.folder / name).read_bytes()
-
-
-def test_a_finished_run_that_is_resumed_stays_as_it_is(tmp_path: Path) -> None:
-    """There is nothing left to do."""
-    whole = run(tmp_path / "run", small())
-    results, colony = resume_run(tmp_path / "run")
-    finish(results, colony)
-    assert str(results.hash) == str(whole.hash)
 
 
 def test_a_folder_with_something_in_it_is_left_alone(tmp_path: Path) -> None:
@@ -232,22 +161,6 @@ def test_a_row_that_a_crash_cut_short_is_deleted_and_nonsense_is_refused(tmp_pat
     table.write_text(table.read_text().replace("generation", "generatoin"))
     with pytest.raises(FolderError, match=r"generations\.csv: corrupt"):
         resume_run(folder)
-
-
-def test_a_colony_larger_than_the_machine_is_refused(tmp_path: Path) -> None:
-    """Before anything is made."""
-    with pytest.raises(ConfigError, match="GB of memory"):
-        start_run(tmp_path / "run", load(None, ["robots=10000", "life.agents=1000"]))
-    assert not (tmp_path / "run").exists()
-
-
-def test_a_colony_that_finds_no_free_place_is_refused(tmp_path: Path) -> None:
-    """Many thin pillars leave enough free area, but no place for a robot."""
-    steps = range(-7, 8)
-    forest = [[0.16 * i, 0.16 * j, 0.01] for i in steps for j in steps]
-    config = load(None, ["arena.width_m=2.0", f"arena.pillars={forest}"])
-    with pytest.raises(ConfigError, match="no free place"):
-        start_run(tmp_path / "run", config)
 
 
 def test_who_records_events_changes_nothing(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ CrcolonyError         something outside the program is wrong: a setting, a file,
     ExportError             an export to Parquet                    recordings.export
     PlotError               figures                                 results.plots.conditions
     DashboardError          the dashboard                           crcolony_dashboards
-FatalStorageError     nobody knows what is on the disk: the process ends, and starts again from there. Exit code 3
+FatalStorageError     it is unknown what is on the disk: the process ends, and starts again from there. Exit code 3
 """
 
 EXIT_OK = 0
@@ -37,4 +37,4 @@ class CrcolonyError(Exception):
 
 
 class FatalStorageError(Exception):
-    """Nobody knows whether a transaction is on the disk: the process must end and start again from there."""
+    """It is unknown whether a transaction is on the disk: the process must end and start again from there."""

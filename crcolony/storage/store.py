@@ -2,7 +2,7 @@
 
     StorageError         at opening and reading: the file cannot be used
     StorageFullError     a transaction is certainly not on the disk: there is no room, or another process locks the file
-    FatalStorageError    nobody knows what is on the disk: the process must stop and start again from there
+    FatalStorageError    it is unknown what is on the disk: the process must stop and start again from there
 
 When a method returns, its transaction is on the disk (with `durable`). A transaction is there whole or not at all.
 """

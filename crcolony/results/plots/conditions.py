@@ -64,10 +64,10 @@ class Condition:
         """Return a line with the number of runs and the generations that are drawn."""
         drawn = self.band("matings").generation
         furthest = max(run.table["generation"][-1] for run in self.runs)
-        words = f"{self.label}: generations {drawn[0]:.0f} to {drawn[-1]:.0f}"
+        text = f"{self.label}: generations {drawn[0]:.0f} to {drawn[-1]:.0f}"
         if furthest > drawn[-1]:
-            words += f"; fewer than {min(len(self.runs), MIN_RUNS)} runs go on to {furthest:.0f}"
-        return words
+            text += f"; fewer than {min(len(self.runs), MIN_RUNS)} runs reach {furthest:.0f}"
+        return text
 
 
 def read_conditions(folders: Sequence[Path]) -> tuple[Condition, ...]:
@@ -124,7 +124,7 @@ def _read_table(path: Path) -> Table:
         raise PlotError(f"{path}: corrupt: no column {missing[0]}")
     if any(None in row or None in row.values() for row in rows):
         raise PlotError(f"{path}: corrupt: a row is not as long as the header")
-    if not path.read_bytes().endswith(b"\n"):  # its last number may look whole
+    if not path.read_bytes().endswith(b"\n"):  # a last number that is cut short is a number, too
         raise PlotError(f"{path}: corrupt: the last row is half-written")
     try:
         table = {name: np.array([float(row[name]) for row in rows]) for name in names}

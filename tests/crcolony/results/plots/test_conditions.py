@@ -51,7 +51,7 @@ def test_the_number_of_generations_makes_no_condition(tmp_path: Path) -> None:
         run_to_end(tmp_path / "2", small("seed=2", "generations=2")),
     ]
     (condition,) = read_conditions(folders)
-    assert condition.describe() == "2 runs: generations 0 to 1; fewer than 2 runs go on to 2"
+    assert condition.describe() == "2 runs: generations 0 to 1; fewer than 2 runs reach 2"
 
 
 def test_conditions_that_differ_in_much_are_named_by_their_folders(tmp_path: Path) -> None:
@@ -86,7 +86,7 @@ def test_runs_that_stopped_early_are_counted_as_far_as_they_go(copy: Path) -> No
     implicit, central = read_conditions([copy])
     assert implicit.describe() == "implicit (3 to 4 runs): generations 0 to 2"
     assert central.describe() == (
-        "central (3 runs): generations 0 to 1; fewer than 3 runs go on to 2"
+        "central (3 runs): generations 0 to 1; fewer than 3 runs reach 2"
     )
 
 

@@ -85,9 +85,7 @@ def test_runs_that_stopped_early_are_counted_as_far_as_they_go(copy: Path) -> No
     cut(copy / "central" / "seed-2", 2)
     implicit, central = read_conditions([copy])
     assert implicit.describe() == "implicit (3 to 4 runs): generations 0 to 2"
-    assert central.describe() == (
-        "central (3 runs): generations 0 to 1; fewer than 3 runs reach 2"
-    )
+    assert central.describe() == ("central (3 runs): generations 0 to 1; fewer than 3 runs reach 2")
 
 
 def test_a_run_of_a_comparison_that_has_just_begun_does_not_count(copy: Path) -> None:

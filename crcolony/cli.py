@@ -1,4 +1,4 @@
-"""The command line. Heavy imports wait until a command needs them, so that `--help` answers at once."""
+"""The command line `crcolony`. Commands import heavy modules only when they run, so that `--help` answers at once."""
 
 import argparse
 import os
@@ -23,37 +23,37 @@ from crcolony.commands.simulate import add_simulate
 from crcolony.commands.status import add_status
 from crcolony.commands.top import add_top
 from crcolony.errors import (
-    EXIT_BROKEN,
+    EXIT_FATAL,
     EXIT_INTERRUPTED,
     EXIT_UNREAD,
     EXIT_WRONG_INPUT,
-    Broken,
     CrcolonyError,
+    FatalStorageError,
 )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command; return its exit code, as `errors.py` has them. What is wrong outside is said in one line."""
+    """Run a command and return its exit code (see `crcolony.errors`); a CrcolonyError is printed in one line."""
     options = _parser().parse_args(arguments)
     try:
         code: int = options.command(options)
     except (ImportError, CrcolonyError) as error:
         print(f"crcolony: {error}", file=sys.stderr)
         return EXIT_WRONG_INPUT
-    except Broken as error:
+    except FatalStorageError as error:
         print(f"crcolony: {error}", file=sys.stderr)
-        return EXIT_BROKEN
+        return EXIT_FATAL
     except KeyboardInterrupt:
         print("crcolony: interrupted", file=sys.stderr)
         return EXIT_INTERRUPTED
-    except BrokenPipeError:  # whoever read our output is gone, as in `crcolony evolve | head`
+    except BrokenPipeError:  # the reader of our output is gone, as in `crcolony evolve | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return EXIT_UNREAD
     return code
 
 
 class _Parser(argparse.ArgumentParser):
-    """Says what is wrong with the options in one line."""
+    """Prints errors of the options in one line."""
 
     def error(self, message: str) -> NoReturn:
         self.exit(EXIT_WRONG_INPUT, f"{self.prog}: {message} (see {self.prog} --help)\n")
@@ -65,23 +65,23 @@ def _parser() -> argparse.ArgumentParser:
         description="A colony of robots that evolves how to learn, with nobody in charge.",
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for name, add, what in (
-        ("evolve", add_evolve, "evolve an embedded colony on this machine"),
+    for name, add_options, summary in (
+        ("evolve", add_evolve, "evolve an in-process colony on this machine"),
         ("launch", add_launch, "start an arena and robots, each its own process"),
-        ("arena", add_arena, "run an arena, which robots of any machine may join"),
+        ("arena", add_arena, "run an arena that robots of any machine can join"),
         ("robot", add_robot, "run one robot"),
         ("host", add_host, "run an arena and many robots in one process"),
-        ("router", add_router, "run a router for more robots than a mesh carries"),
-        ("simulate", add_simulate, "colonies in virtual time, with everything going wrong"),
-        ("dashboard", add_dashboard, "watch colonies live in Rerun"),
-        ("replay", add_replay, "the same dashboard from a finished run"),
-        ("export", add_export, "recorded telemetry as Parquet tables"),
-        ("top", add_top, "who is alive, and how they are, live"),
-        ("status", add_status, "the same, once"),
-        ("inspect", add_inspect, "look into a robot's memory"),
-        ("keygen", add_keygen, "make a robot's key"),
+        ("router", add_router, "run a Zenoh router, for colonies too large for a mesh of peers"),
+        ("simulate", add_simulate, "test colonies in virtual time with injected faults"),
+        ("dashboard", add_dashboard, "show colonies live in Rerun"),
+        ("replay", add_replay, "show a finished run in the dashboard"),
+        ("export", add_export, "export recorded telemetry as Parquet tables"),
+        ("top", add_top, "show the robots that are online and their state, live"),
+        ("status", add_status, "print the robots that are online and their state, once"),
+        ("inspect", add_inspect, "print what is in a robot's file"),
+        ("keygen", add_keygen, "generate a robot's key"),
         ("check", add_check, "validate a config file"),
-        ("plot", add_plot, "figures of a run, or of many with bands over seeds"),
+        ("plot", add_plot, "draw figures of a run, or of many runs with intervals over seeds"),
     ):
-        add(commands.add_parser(name, help=what))
+        add_options(commands.add_parser(name, help=summary, description=summary))
     return parser

@@ -1,4 +1,4 @@
-"""From a TOML file and `--set key=value` to one checked, frozen `Config`; the only place that knows file formats."""
+"""The config of a colony: read from a TOML file and `--set key=value`, checked as a whole, frozen."""
 
 import tomllib
 from collections.abc import Sequence
@@ -17,18 +17,18 @@ from crcolony.world.settings import ArenaSettings
 
 
 class ConfigError(CrcolonyError):
-    """A setting is wrong: the message names file, key and reason."""
+    """A setting is wrong: the message names the file, the key and the reason."""
 
 
 class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Everything that decides a colony's history."""
+    """All settings that determine a colony's history."""
 
     robots: Annotated[int, Meta(ge=1, le=10_000)] = 4
     generations: Annotated[int, Meta(ge=0, le=1_000_000)] = 250
-    """0: until stopped."""
+    """Generations to run; 0: until stopped"""
     seed: Annotated[int, Meta(ge=0, le=2**62)] = 1
     selection: Literal["implicit", "central"] = "implicit"
-    """`central` is the baseline: one population, roulette on the number of matings."""
+    """`central` is the baseline: one population, and roulette on the number of matings"""
     arena: ArenaSettings = msgspec.field(default_factory=ArenaSettings)
     body: CyberRodent = msgspec.field(default_factory=CyberRodent)
     learning: Learning = msgspec.field(default_factory=Learning)
@@ -37,10 +37,10 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
 
 
 def load(path: Path | None = None, settings: Sequence[str] = ()) -> Config:
-    """Read a config from a file (or the defaults) with `key=value` settings on top.
+    """Read a config from a file (or the defaults), with `key=value` settings that take precedence.
 
-    Raises ConfigError in one line: a file that cannot be read, TOML that cannot be parsed, an unknown key, a wrong
-    type, a value out of range, or values that are impossible together.
+    Raises ConfigError, with a message of one line, for a file that cannot be read, TOML that cannot be parsed, an
+    unknown key, a wrong type, a value out of range, or values that are impossible together.
     """
     name = str(path) if path else "defaults"
     tree = _read(path) if path else {}
@@ -51,12 +51,12 @@ def load(path: Path | None = None, settings: Sequence[str] = ()) -> Config:
     try:
         config = msgspec.convert(tree, Config)
     except msgspec.ValidationError as error:
-        raise ConfigError(f"{name}: {_in_words(str(error))}") from None
-    check(config, name)
+        raise ConfigError(f"{name}: {_format_error(str(error))}") from None
+    check_config(config, name)
     return config
 
 
-def check(config: Config, name: str = "config") -> None:
+def check_config(config: Config, name: str = "config") -> None:
     """Raise ConfigError for values that are impossible together."""
     try:
         check_fit(config.arena, config.body, config.robots)
@@ -92,7 +92,7 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def _insert(tree: dict[str, Any], setting: str) -> None:
-    """Put one `key.path=value` into the tree; the value is read as TOML, and as a plain word where it is none."""
+    """Insert one `key.path=value` into the tree; the value is parsed as TOML, or is a plain text if that fails."""
     key, equals, text = setting.partition("=")
     key, text = key.strip(), text.strip()
     if not equals or not key or "\n" in setting:
@@ -109,8 +109,8 @@ def _insert(tree: dict[str, Any], setting: str) -> None:
     tree[last] = value
 
 
-def _in_words(message: str) -> str:
-    """Turn msgspec's "Expected … - at `$.a.b`" into "a.b: expected …"."""
+def _format_error(message: str) -> str:
+    """Return msgspec's "Expected … - at `$.a.b`" as "a.b: expected …"."""
     reason, _, place = message.partition(" - at ")
     place = place.strip("`").removeprefix("$").removeprefix(".")
     if reason.startswith("Object contains unknown field"):

@@ -1,1 +1,1 @@
-"""The commands of `crcolony`, one file each. Heavy imports wait until a command needs them."""
+"""The commands of `crcolony`, one file each. They import heavy modules only when they run."""

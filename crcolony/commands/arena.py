@@ -1,12 +1,11 @@
-"""`crcolony arena`: an arena that robots of any machine may join."""
+"""`crcolony arena`: run an arena that robots of any machine can join."""
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from crcolony.commands.network_options import (
-    _NAME,
-    _add_clock,
+    NAME_RULE,
+    add_clock,
     add_network,
     check_names,
     network_of,
@@ -15,27 +14,31 @@ from crcolony.commands.network_options import (
 from crcolony.commands.options import (
     UsageError,
     add_config,
-    say_if_compiling,
+    print_if_compiling,
     settings_of,
 )
 from crcolony.errors import EXIT_OK
-
-if TYPE_CHECKING:
-    pass
 
 
 def add_arena(parser: argparse.ArgumentParser) -> None:
     """Add the options of `crcolony arena`."""
     add_config(parser)
+    parser.add_argument("--robots", type=int, metavar="N", help="slots for bodies (default 4)")
+    parser.add_argument("--arena", default="arena", metavar="NAME", help=f"name: {NAME_RULE}")
     parser.add_argument(
-        "--robots", type=int, metavar="N", help="places for so many bodies (default 4)"
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="folder for the arena's checkpoint; default: none is written",
     )
-    parser.add_argument("--arena", default="arena", metavar="NAME", help=_NAME)
-    parser.add_argument("--out", type=Path, metavar="DIR", help="keep the world there")
     parser.add_argument(
-        "--expect", type=int, default=1, metavar="N", help="robots that lockstep begins with"
+        "--expect",
+        type=int,
+        default=1,
+        metavar="N",
+        help="robots to wait for before lockstep starts (default 1)",
     )
-    _add_clock(parser)
+    add_clock(parser)
     add_network(parser)
     parser.set_defaults(command=_arena, colony="colony")
 
@@ -47,9 +50,11 @@ def _arena(options: argparse.Namespace) -> int:
     check_names(options)
     config = load(options.config, settings_of(options))
     if not 1 <= options.expect <= config.robots:
-        raise UsageError(f"--expect {options.expect}: the arena has {config.robots} places")
+        raise UsageError(
+            f"--expect {options.expect}: from 1 to {config.robots}, the slots of the arena (--robots)"
+        )
     period_s = wall_period_s(options, config.arena.control_period_s)
     network = network_of(options, listens_here=True)
-    say_if_compiling()
+    print_if_compiling()
     run_arena(config, options.arena, network, period_s, options.expect, options.out)
     return EXIT_OK

@@ -1,4 +1,4 @@
-"""`crcolony dashboard`: watch colonies live in Rerun."""
+"""`crcolony dashboard`: show colonies live in Rerun."""
 
 import argparse
 from pathlib import Path
@@ -7,36 +7,48 @@ from crcolony.commands.network_options import add_network, network_of
 from crcolony.commands.options import UsageError, check_minutes, new_folder
 from crcolony.errors import EXIT_OK
 
-LIVE_PORT, WEB_PORT = 9876, 9090
-"""Where viewers look for a dashboard unless told otherwise, as Rerun has it."""
+LIVE_PORT = 9876
+"""The default port of Rerun's data, to which viewers connect."""
+WEB_PORT = 9090
+"""The default port of Rerun's web viewer."""
 
 
 def add_dashboard(parser: argparse.ArgumentParser) -> None:
     """Add the options of `crcolony dashboard`."""
-    parser.add_argument("--colony", default="*", metavar="NAME", help="default: every colony")
+    parser.add_argument("--colony", default="*", metavar="NAME", help="name; default: all colonies")
     parser.add_argument(
-        "--agent", default="", metavar="NAME", help="whose potentials to draw; default: the best's"
+        "--agent",
+        default="",
+        metavar="NAME",
+        help="agent whose potentials are drawn; default: the best one",
     )
-    show = parser.add_argument_group("viewers", "without these, open the address that is printed")
-    show.add_argument("--web", action="store_true", help="for a browser of this machine")
-    show.add_argument("--native", action="store_true", help="open Rerun's own window")
+    show = parser.add_argument_group(
+        "viewers", "without --web or --native, open the printed address in a viewer"
+    )
+    show.add_argument(
+        "--web", action="store_true", help="serve a viewer for browsers on this machine"
+    )
+    show.add_argument("--native", action="store_true", help="open the native viewer of Rerun")
     show.add_argument(
         "--port",
         type=int,
         metavar="P",
-        help=f"for viewers (default {LIVE_PORT}, or a free one if that is taken)",
+        help=f"port for viewers (default {LIVE_PORT}, or a free one if that is in use)",
     )
     show.add_argument(
         "--web-port",
         type=int,
         metavar="P",
-        help=f"of --web (default {WEB_PORT}, or a free one if that is taken)",
+        help=f"port of --web (default {WEB_PORT}, or a free one if that is in use)",
     )
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="record there; default: runs/N, the next free one"
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="folder of the recording; default: the next free runs/N",
     )
-    parser.add_argument("--no-recording", action="store_true", help="record nothing")
-    parser.add_argument("--minutes", type=float, metavar="M", help="stop after so long")
+    parser.add_argument("--no-recording", action="store_true", help="do not record")
+    parser.add_argument("--minutes", type=float, metavar="M", help="stop after so many minutes")
     add_network(parser)
     parser.set_defaults(command=_dashboard)
 
@@ -44,10 +56,10 @@ def add_dashboard(parser: argparse.ArgumentParser) -> None:
 def _dashboard(options: argparse.Namespace) -> int:
     for name, port in (("--port", options.port), ("--web-port", options.web_port)):
         if port is not None and not 0 < port < 65536:
-            raise UsageError(f"{name} {port}: from 1 to 65535")
+            raise UsageError(f"{name} {port}: must be from 1 to 65535")
     check_minutes(options.minutes)
     if options.no_recording and options.out is not None:
-        raise UsageError("--no-recording does not go with --out")
+        raise UsageError("--no-recording cannot be used with --out")
     from crcolony_dashboards.live import DashboardOptions, run_dashboard
 
     run_dashboard(

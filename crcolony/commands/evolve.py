@@ -1,4 +1,4 @@
-"""`crcolony evolve`: an embedded colony on this machine, as fast as possible."""
+"""`crcolony evolve`: evolve an in-process colony on this machine, as fast as possible."""
 
 import argparse
 from pathlib import Path
@@ -8,7 +8,7 @@ from crcolony.commands.options import (
     add_config,
     check_minutes,
     new_folder,
-    say_if_compiling,
+    print_if_compiling,
     settings_of,
 )
 
@@ -16,20 +16,24 @@ from crcolony.commands.options import (
 def add_evolve(evolve: argparse.ArgumentParser) -> None:
     """Add the options of `crcolony evolve`."""
     add_config(evolve)
-    evolve.add_argument("--robots", type=int, metavar="N")
+    evolve.add_argument("--robots", type=int, metavar="N", help="robots in the arena (default 4)")
     evolve.add_argument(
-        "--selection", choices=("implicit", "central"), help="central: the baseline to compare with"
+        "--selection",
+        choices=("implicit", "central"),
+        help="default: implicit; central is the baseline to compare with",
     )
-    evolve.add_argument("--out", type=Path, metavar="DIR", help="results folder")
-    evolve.add_argument("--resume", action="store_true", help="go on with the run in --out")
-    evolve.add_argument("--minutes", type=float, metavar="M", help="stop after so long")
     evolve.add_argument(
-        "--seeds", type=int, metavar="N", help="N runs with seeds from --seed on, in all cores"
+        "--out", type=Path, metavar="DIR", help="results folder; default: the next free runs/N"
+    )
+    evolve.add_argument("--resume", action="store_true", help="resume the run in --out")
+    evolve.add_argument("--minutes", type=float, metavar="M", help="stop after so many minutes")
+    evolve.add_argument(
+        "--seeds", type=int, metavar="N", help="N runs on all cores, with seeds from --seed on"
     )
     evolve.add_argument(
         "--compare",
         action="store_true",
-        help="with --seeds: against central selection and against no shaping, with statistics",
+        help="with --seeds: also run central selection and no shaping, and compare them",
     )
     evolve.set_defaults(command=_evolve)
 
@@ -48,21 +52,21 @@ def _evolve(options: argparse.Namespace) -> int:
     from crcolony.in_process.run import start_run
 
     config = load(options.config, settings_of(options))
-    say_if_compiling()
+    print_if_compiling()
     return run_in_terminal(*start_run(options.out or new_folder(), config), minutes=options.minutes)
 
 
 def _resume(options: argparse.Namespace) -> int:
     if options.out is None:
-        raise UsageError("--resume needs --out, the folder to go on in")
+        raise UsageError("--resume needs --out, the folder of the run")
     if options.config is not None or settings_of(options):
         raise UsageError(
-            "--resume goes on with the folder's own config; other settings do not go with it"
+            "--resume uses the config of the folder: it cannot be used with other settings"
         )
     from crcolony.in_process.progress_display import run_in_terminal
     from crcolony.in_process.run import resume_run
 
-    say_if_compiling()
+    print_if_compiling()
     return run_in_terminal(*resume_run(options.out), minutes=options.minutes)
 
 
@@ -73,12 +77,12 @@ def _evolve_seeds(options: argparse.Namespace) -> int:
     if options.seeds < 1:
         raise UsageError(f"--seeds {options.seeds}: must be at least 1")
     if options.minutes is not None:
-        raise UsageError("--minutes does not go with --seeds")
+        raise UsageError("--minutes cannot be used with --seeds")
     if options.resume and options.out is None:
-        raise UsageError("--resume needs --out, the folder to go on in")
+        raise UsageError("--resume needs --out, the folder of the run")
     config = load(options.config, settings_of(options))
     if config.generations == 0:
-        raise UsageError("--generations 0 does not go with --seeds: such a run has no end")
+        raise UsageError("--generations 0 cannot be used with --seeds: such a run has no end")
     out = options.out or new_folder()
-    say_if_compiling()
+    print_if_compiling()
     return run_survival(config, options.seeds, out, options.compare, options.resume)

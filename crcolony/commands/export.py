@@ -1,4 +1,4 @@
-"""`crcolony export`: recorded telemetry as Parquet tables."""
+"""`crcolony export`: export recorded telemetry as Parquet tables."""
 
 import argparse
 import sys
@@ -10,9 +10,14 @@ from crcolony.errors import EXIT_OK
 def add_export(parser: argparse.ArgumentParser) -> None:
     """Add the options of `crcolony export`."""
     parser.add_argument(
-        "folder", type=Path, metavar="FOLDER", help="of a run, or of a dashboard's recording"
+        "folder",
+        type=Path,
+        metavar="FOLDER",
+        help="results folder of a run, or recording of a dashboard",
     )
-    parser.add_argument("--out", type=Path, metavar="DIR", help="default: FOLDER/parquet")
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="output folder; default: FOLDER/parquet"
+    )
     parser.set_defaults(command=_export)
 
 
@@ -20,10 +25,12 @@ def _export(options: argparse.Namespace) -> int:
     from crcolony.recordings.export import export
 
     folder = options.folder if options.folder.is_dir() else options.folder.parent
-    for path in export(options.folder, options.out or folder / "parquet", print_line=_warn):
+    for path in export(
+        options.folder, options.out or folder / "parquet", print_line=_print_warning
+    ):
         print(path)
     return EXIT_OK
 
 
-def _warn(line: str) -> None:
+def _print_warning(line: str) -> None:
     print(f"crcolony: {line}", file=sys.stderr)

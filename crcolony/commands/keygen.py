@@ -1,4 +1,4 @@
-"""`crcolony keygen`: make a robot's key."""
+"""`crcolony keygen`: generate a robot's key."""
 
 import argparse
 from pathlib import Path
@@ -8,7 +8,9 @@ from crcolony.errors import EXIT_OK
 
 def add_keygen(parser: argparse.ArgumentParser) -> None:
     """Add the options of `crcolony keygen`."""
-    parser.add_argument("file", type=Path, metavar="FILE", help="the secret key; must not exist")
+    parser.add_argument(
+        "file", type=Path, metavar="FILE", help="file for the secret key; must not exist yet"
+    )
     parser.set_defaults(command=_keygen)
 
 

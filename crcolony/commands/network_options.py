@@ -1,4 +1,4 @@
-"""The commands that put processes on the network: arena, robot, host, router, launch."""
+"""Options of the commands that use the network: endpoints, names, the clock, and the config for many robots."""
 
 import argparse
 from typing import TYPE_CHECKING
@@ -13,39 +13,48 @@ if TYPE_CHECKING:
     from crcolony.config import Config
     from crcolony.transport.zenoh_session import NetworkSettings
 
-_NAME = "letters, digits, . _ and -, at most 64"
+NAME_RULE = "letters, digits, . _ and -, at most 64"
+"""Of the names of colonies and arenas, which are parts of key expressions."""
 
 
 def add_network(parser: argparse.ArgumentParser) -> None:
-    """Add the options that say how to reach the others."""
+    """Add the options for reaching other processes."""
     parser.add_argument(
         "--connect",
         action="append",
         default=[],
         metavar="ENDPOINT",
-        help="somebody to begin with, as in tcp/10.0.0.1:7447; may be repeated",
+        help="endpoint of a peer or router to connect to, as in tcp/10.0.0.1:7447; may be repeated",
     )
     parser.add_argument(
         "--listen",
         action="append",
         default=[],
         metavar="ENDPOINT",
-        help="where to be reached; default: a free port",
+        help="endpoint to listen on; may be repeated; default: a free port",
     )
     parser.add_argument(
-        "--interface", default="", metavar="NAME", help="find each other by multicast there instead"
+        "--interface",
+        default="",
+        metavar="NAME",
+        help="discover peers by multicast on this network interface",
     )
     parser.add_argument(
-        "--client", action="store_true", help="go through the routers given with --connect"
+        "--client",
+        action="store_true",
+        help="be a client of the routers given with --connect, not a peer",
     )
 
 
 def network_of(options: argparse.Namespace, listens_here: bool = False) -> "NetworkSettings":
-    """Return how a process comes onto the network; without options, processes of one machine find each other."""
+    """Return the network settings of the options; without any, processes of one machine find each other.
+
+    A process that `listens_here` listens on this machine's default endpoint, others connect to it. Raises UsageError.
+    """
     from crcolony.transport.zenoh_session import HERE, NetworkSettings
 
     if options.client and (options.listen or options.interface):
-        raise UsageError("--client goes with --connect alone")
+        raise UsageError("--client cannot be used with --listen or --interface")
     is_bare = not (options.connect or options.listen or options.interface)
     connect, listen = list(options.connect), list(options.listen)
     if listens_here and is_bare and not options.client:
@@ -60,22 +69,29 @@ def network_of(options: argparse.Namespace, listens_here: bool = False) -> "Netw
     )
 
 
-def _add_names(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--colony", default="colony", metavar="NAME", help=_NAME)
-    parser.add_argument("--arena", default="arena", metavar="NAME", help=_NAME)
+def add_names(parser: argparse.ArgumentParser) -> None:
+    """Add the options for the names of colony and arena."""
+    parser.add_argument("--colony", default="colony", metavar="NAME", help=f"name: {NAME_RULE}")
+    parser.add_argument("--arena", default="arena", metavar="NAME", help=f"name: {NAME_RULE}")
 
 
-def _add_clock(parser: argparse.ArgumentParser) -> None:
+def add_clock(parser: argparse.ArgumentParser) -> None:
+    """Add the options for the clock of an arena."""
     clock = parser.add_mutually_exclusive_group()
-    clock.add_argument("--hz", type=float, metavar="H", help="control periods a second")
-    clock.add_argument("--speed", type=float, metavar="X", help="times as fast as real time")
+    clock.add_argument("--hz", type=float, metavar="H", help="control periods per second")
+    clock.add_argument("--speed", type=float, metavar="X", help="speed as a multiple of real time")
     clock.add_argument(
-        "--lockstep", action="store_true", help="as fast as possible, waiting for every robot"
+        "--lockstep",
+        action="store_true",
+        help="as fast as possible: the arena waits for the action of every robot",
     )
 
 
 def wall_period_s(options: argparse.Namespace, control_period_s: float) -> float | None:
-    """Return the wall time of a tick, or None for lockstep; real time is the default."""
+    """Return the wall time of a control period, or None for lockstep; the default is real time.
+
+    Raises UsageError.
+    """
     for name, value in (("--hz", options.hz), ("--speed", options.speed)):
         if value is not None and not 0.001 <= value <= 10_000:
             raise UsageError(f"{name} {value:g}: must be from 0.001 to 10000")
@@ -87,27 +103,30 @@ def wall_period_s(options: argparse.Namespace, control_period_s: float) -> float
 
 
 def check_names(options: argparse.Namespace) -> None:
-    """Raise UsageError for names that cannot be part of a key."""
+    """Raise UsageError for names that cannot be part of a key expression."""
     import re
 
     for option in ("colony", "arena"):
         name = getattr(options, option)
         if not re.fullmatch(r"[A-Za-z0-9_.-]{1,64}", name):
-            raise UsageError(f"--{option} {name!r}: {_NAME}")
+            raise UsageError(f"--{option} {name!r}: {NAME_RULE}")
 
 
-def _config_of_many(options: argparse.Namespace, spare_places: int) -> "Config":
-    """Return the config for `-n` robots, whose arena has places for all of them unless it is somebody else's."""
+def config_for_robots(options: argparse.Namespace, spare_slots: int) -> "Config":
+    """Return the config for `-n` robots, for which an arena of this machine must have enough slots.
+
+    Without --robots the arena has `spare_slots` more than robots. Raises UsageError or ConfigError.
+    """
     from crcolony.config import load
 
     check_names(options)
     check_minutes(options.minutes)
     if options.n < 1:
-        raise UsageError(f"-n {options.n}: at least one robot")
+        raise UsageError(f"-n {options.n}: must be at least 1")
     if options.robots is None:
-        options.robots = options.n + spare_places
+        options.robots = options.n + spare_slots
     config = load(options.config, settings_of(options))
     has_own_arena = not getattr(options, "robots_only", False)
     if has_own_arena and config.robots < options.n:
-        raise UsageError(f"-n {options.n}: the arena has {config.robots} places")
+        raise UsageError(f"-n {options.n}: the arena has {config.robots} slots (--robots)")
     return config

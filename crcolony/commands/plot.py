@@ -1,4 +1,4 @@
-"""`crcolony plot`: figures of one run or of many."""
+"""`crcolony plot`: draw the figures of one run or of many."""
 
 import argparse
 from pathlib import Path
@@ -16,10 +16,10 @@ def add_plot(parser: argparse.ArgumentParser) -> None:
         type=Path,
         nargs="+",
         metavar="FOLDER",
-        help="a run, or a comparison (evolve --seeds); of several runs those that differ only in seed belong together",
+        help="a run, or a comparison (evolve --seeds); runs that differ only in their seed are averaged",
     )
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="where the figures go; default: FOLDER/plots"
+        "--out", type=Path, metavar="DIR", help="folder for the figures; default: FOLDER/plots"
     )
     parser.add_argument(
         "--format",
@@ -35,10 +35,10 @@ def _plot(options: argparse.Namespace) -> int:
     unknown = [name for name in formats if name not in _FORMATS]
     if unknown:
         raise UsageError(
-            f"--format {options.format}: {unknown[0]!r} is none of {', '.join(_FORMATS)}"
+            f"--format {options.format}: {unknown[0]!r} is not one of {', '.join(_FORMATS)}"
         )
     if options.out is None and len(options.folders) > 1:
-        raise UsageError("several folders: say with --out where their figures go")
+        raise UsageError("several folders: --out is needed, the folder for the figures")
     from crcolony.results.plots import draw_conditions
     from crcolony.results.plots.conditions import read_conditions
 

@@ -1,4 +1,4 @@
-"""`crcolony replay`: the dashboard of a run that is over."""
+"""`crcolony replay`: show a finished run in the dashboard."""
 
 import argparse
 from pathlib import Path
@@ -10,26 +10,36 @@ from crcolony.errors import EXIT_OK
 def add_replay(parser: argparse.ArgumentParser) -> None:
     """Add the options of `crcolony replay`."""
     parser.add_argument(
-        "folder", type=Path, metavar="FOLDER", help="of a run, or of a dashboard's recording"
+        "folder",
+        type=Path,
+        metavar="FOLDER",
+        help="results folder of a run, or recording of a dashboard",
     )
     parser.add_argument(
-        "--out", type=Path, metavar="FILE", help="default: FOLDER/replay.rrd, written anew"
+        "--out",
+        type=Path,
+        metavar="FILE",
+        help="output file; default: FOLDER/replay.rrd, which is overwritten",
     )
     parser.add_argument(
         "--generations",
         default="",
         metavar="A,B,…",
-        help="of an embedded run, those whose arena is shown; default: the first and the last",
+        help="generations of an in-process run whose arena is shown; default: the first and the last",
     )
     parser.add_argument(
         "--seconds",
         type=float,
         default=120.0,
         metavar="S",
-        help="of the colony's time to show of each of them (default 120)",
+        help="simulated time to show of each of these generations (default 120)",
     )
-    parser.add_argument("--agent", default="", metavar="NAME", help="whose potentials to draw")
-    parser.add_argument("--native", action="store_true", help="open it in Rerun's own window")
+    parser.add_argument(
+        "--agent", default="", metavar="NAME", help="agent whose potentials are drawn"
+    )
+    parser.add_argument(
+        "--native", action="store_true", help="open it in the native viewer of Rerun"
+    )
     parser.set_defaults(command=_replay)
 
 
@@ -39,13 +49,13 @@ def _replay(options: argparse.Namespace) -> int:
     from crcolony.recordings.resimulation import Windows
 
     if not 0.0 <= options.seconds < 1e9:
-        raise UsageError(f"--seconds {options.seconds:g}: 0 or more")
-    windows = Windows(_generations(options.generations), options.seconds)
+        raise UsageError(f"--seconds {options.seconds:g}: must be 0 or more")
+    windows = Windows(_parse_generations(options.generations), options.seconds)
     run_replay(options.folder, options.out, windows, options.agent, options.native)
     return EXIT_OK
 
 
-def _generations(text: str) -> frozenset[int] | None:
+def _parse_generations(text: str) -> frozenset[int] | None:
     if not text:
         return None
     numbers = text.split(",")

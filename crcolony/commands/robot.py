@@ -1,40 +1,52 @@
-"""`crcolony robot`: one robot process."""
+"""`crcolony robot`: run one robot."""
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from crcolony.commands.network_options import _add_names, add_network, check_names, network_of
+from crcolony.commands.network_options import add_names, add_network, check_names, network_of
 from crcolony.commands.options import (
     UsageError,
     add_config,
-    say_if_compiling,
+    print_if_compiling,
     settings_of,
 )
 from crcolony.errors import EXIT_OK
-
-if TYPE_CHECKING:
-    pass
 
 
 def add_robot(parser: argparse.ArgumentParser) -> None:
     """Add the options of `crcolony robot`."""
     add_config(parser)
-    _add_names(parser)
+    add_names(parser)
     parser.add_argument(
-        "--key", type=Path, metavar="FILE", help="default: DIR/key, made if missing"
+        "--key",
+        type=Path,
+        metavar="FILE",
+        help="its secret key; default: DIR/key, generated if missing",
     )
-    parser.add_argument("--number", type=int, default=-1, metavar="N", help="place it would like")
+    parser.add_argument(
+        "--number", type=int, default=-1, metavar="N", help="slot of the arena that it asks for"
+    )
     parser.add_argument(
         "--repeatable",
         action="store_true",
-        help="randomness from the config's seed and --number, not its own",
+        help="derive random numbers from the config's seed and --number, not from its id",
     )
     parser.add_argument(
-        "--allow", type=Path, metavar="FILE", help="mate only with the robots listed there"
+        "--allow",
+        type=Path,
+        metavar="FILE",
+        help="file with the ids of the robots that it may mate with; default: all",
     )
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="its memory")
-    parser.add_argument("--snapshot", type=float, default=10.0, metavar="SECONDS")
+    parser.add_argument(
+        "--out", type=Path, required=True, metavar="DIR", help="folder for its key and its file"
+    )
+    parser.add_argument(
+        "--snapshot",
+        type=float,
+        default=10.0,
+        metavar="SECONDS",
+        help="time between two snapshots (default 10)",
+    )
     add_network(parser)
     parser.set_defaults(command=_robot)
 
@@ -47,10 +59,10 @@ def _robot(options: argparse.Namespace) -> int:
     if options.repeatable and options.number < 0:
         raise UsageError("--repeatable needs --number")
     if not 0.1 <= options.snapshot <= 86_400:
-        raise UsageError(f"--snapshot {options.snapshot:g}: from 0.1 to 86400 seconds")
+        raise UsageError(f"--snapshot {options.snapshot:g}: must be from 0.1 to 86400 seconds")
     config = load(options.config, settings_of(options))
     network = network_of(options)
-    say_if_compiling()
+    print_if_compiling()
     run_robot(
         RobotOptions(
             config=config,

@@ -1,16 +1,12 @@
-"""`crcolony router`: a Zenoh router for colonies larger than a mesh carries."""
+"""`crcolony router`: run a Zenoh router, for colonies too large for a mesh of peers."""
 
 import argparse
-from typing import TYPE_CHECKING
 
 from crcolony.commands.network_options import add_network, network_of
 from crcolony.commands.options import (
     UsageError,
 )
 from crcolony.errors import EXIT_OK
-
-if TYPE_CHECKING:
-    pass
 
 
 def add_router(parser: argparse.ArgumentParser) -> None:
@@ -25,7 +21,7 @@ def _router(options: argparse.Namespace) -> int:
     from crcolony.runtime.start_arena import run_router
 
     if options.client:
-        raise UsageError("a router is no client")
+        raise UsageError("--client cannot be used with a router")
     network = msgspec.structs.replace(network_of(options, listens_here=True), role="router")
     run_router(network)
     return EXIT_OK

@@ -1,4 +1,4 @@
-"""`crcolony status`: the robots that are online, and their state, printed once."""
+"""`crcolony status`: print the robots that are online and their state, once."""
 
 import argparse
 
@@ -9,10 +9,10 @@ from crcolony.errors import EXIT_OK
 
 def add_status(parser: argparse.ArgumentParser) -> None:
     """Add the options of `crcolony status`."""
-    parser.add_argument("--colony", default="*", metavar="NAME", help="default: every colony")
-    parser.add_argument("--json", action="store_true", help="for programs")
+    parser.add_argument("--colony", default="*", metavar="NAME", help="name; default: all colonies")
+    parser.add_argument("--json", action="store_true", help="print JSON, for programs")
     parser.add_argument(
-        "--seconds", type=float, default=1.5, metavar="S", help="listen for so long (default 1.5)"
+        "--seconds", type=float, default=1.5, metavar="S", help="time to listen (default 1.5)"
     )
     add_network(parser)
     parser.set_defaults(command=_status)
@@ -22,6 +22,6 @@ def _status(options: argparse.Namespace) -> int:
     from crcolony.telemetry.terminal_view import run_status
 
     if not 0.0 < options.seconds <= 600.0:
-        raise UsageError(f"--seconds {options.seconds:g}: from 0 to 600")
+        raise UsageError(f"--seconds {options.seconds:g}: must be above 0 and at most 600")
     run_status(network_of(options), options.colony, options.seconds, options.json)
     return EXIT_OK

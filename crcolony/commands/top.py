@@ -1,4 +1,4 @@
-"""The commands that look at a running colony: top and status."""
+"""`crcolony top`: show the robots that are online and their state, live."""
 
 import argparse
 
@@ -8,8 +8,8 @@ from crcolony.commands.options import UsageError
 
 def add_top(parser: argparse.ArgumentParser) -> None:
     """Add the options of `crcolony top`."""
-    parser.add_argument("--colony", default="*", metavar="NAME", help="default: every colony")
-    parser.add_argument("--seconds", type=float, metavar="S", help="stop after so long")
+    parser.add_argument("--colony", default="*", metavar="NAME", help="name; default: all colonies")
+    parser.add_argument("--seconds", type=float, metavar="S", help="stop after so many seconds")
     add_network(parser)
     parser.set_defaults(command=_top)
 

@@ -1,1 +1,1 @@
-"""The thesis' results, one file each, reproducible by one command."""
+"""The results of the thesis, one file each, each reproducible by one command."""

@@ -1,4 +1,4 @@
-"""The statistics of a comparison: intervals, ratios, tests and correlations over runs."""
+"""The statistics of a comparison of conditions: intervals, ratios, tests and correlations over runs."""
 
 import numpy as np
 
@@ -6,8 +6,8 @@ from crcolony.compiled import FloatArray
 from crcolony.experiments.sweep import Outcome
 
 
-def report(outcomes: list[Outcome]) -> list[str]:
-    """Return the lines that say what the runs show: means with 95 % intervals, tests, correlations."""
+def format_report(outcomes: list[Outcome]) -> list[str]:
+    """Return a report as lines: means with 95 % intervals, correlations, and tests against implicit selection."""
     from scipy.stats import mannwhitneyu
 
     lines = []
@@ -18,13 +18,13 @@ def report(outcomes: list[Outcome]) -> list[str]:
         lines += [
             "",
             f"{condition}: {ends[condition].size} runs",
-            f"  matings per agent   {_interval(first)} at generation 0, {_interval(ends[condition])}"
+            f"  matings per agent   {_format_interval(first)} at generation 0, {_format_interval(ends[condition])}"
             f" at the end: {ends[condition].mean() / max(first.mean(), 1e-12):.1f} times",
-            f"  captured batteries  {_interval(_column(outcomes, condition, 'captures_first'))} to"
-            f" {_interval(_column(outcomes, condition, 'captures_end'))}",
-            f"  tau at the end      mating {_interval(_column(outcomes, condition, 'mating_tau_end'))},"
-            f" foraging {_interval(_column(outcomes, condition, 'foraging_tau_end'))}",
-            f"  matings and lambda  {_correlation(outcomes, condition)}",
+            f"  captured batteries  {_format_interval(_column(outcomes, condition, 'captures_first'))} to"
+            f" {_format_interval(_column(outcomes, condition, 'captures_end'))}",
+            f"  tau at the end      mating {_format_interval(_column(outcomes, condition, 'mating_tau_end'))},"
+            f" foraging {_format_interval(_column(outcomes, condition, 'foraging_tau_end'))}",
+            f"  matings and lambda  {_format_correlation(outcomes, condition)}",
         ]
     if "implicit" in conditions:
         own = ends["implicit"]
@@ -32,13 +32,13 @@ def report(outcomes: list[Outcome]) -> list[str]:
             p = mannwhitneyu(own, ends[condition]).pvalue
             lines += [
                 "",
-                f"implicit / {condition}: {_ratio(own, ends[condition])} (Mann-Whitney p = {p:.2g})",
+                f"implicit / {condition}: {_format_ratio(own, ends[condition])} (Mann-Whitney p = {p:.2g})",
             ]
     return lines
 
 
-def _ratio(one: FloatArray, other: FloatArray) -> str:
-    """Return the ratio of two means and its 95 % interval by bootstrap (10,000 resamples, always the same)."""
+def _format_ratio(one: FloatArray, other: FloatArray) -> str:
+    """Return the ratio of two means with its 95 % interval by bootstrap (10,000 resamples from a fixed seed)."""
     rng = np.random.default_rng(0)
     means = [rng.choice(values, (10_000, values.size)).mean(axis=1) for values in (one, other)]
     low, high = np.quantile(means[0] / np.maximum(means[1], 1e-12), [0.025, 0.975])
@@ -51,8 +51,8 @@ def _column(outcomes: list[Outcome], condition: str, name: str) -> FloatArray:
     )
 
 
-def _interval(values: FloatArray) -> str:
-    """Return mean and 95 % interval (Student's t) in words."""
+def _format_interval(values: FloatArray) -> str:
+    """Return the mean with its 95 % interval (Student's t)."""
     from scipy.stats import t
 
     if values.size < 2:
@@ -61,7 +61,7 @@ def _interval(values: FloatArray) -> str:
     return f"{values.mean():.2f} ± {half:.2f}"
 
 
-def _correlation(outcomes: list[Outcome], condition: str) -> str:
+def _format_correlation(outcomes: list[Outcome], condition: str) -> str:
     from scipy.stats import spearmanr
 
     matings = _column(outcomes, condition, "matings_end")

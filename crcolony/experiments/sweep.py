@@ -1,4 +1,4 @@
-"""Runs many colonies over seeds and conditions on all cores."""
+"""Runs many colonies, over seeds and conditions, on any `concurrent.futures.Executor`."""
 
 import json
 import os
@@ -11,17 +11,17 @@ import numpy as np
 
 from crcolony.config import Config, ConfigError, load
 from crcolony.in_process.run import resume_run, run_until_done, start_run
-from crcolony.results.generation_table import read_table
+from crcolony.results.generation_table import GENERATION_TABLE, read_table
 from crcolony.shutdown import ShutdownSignal
 from crcolony.storage.files import FolderError
 
-LAST = 10
-"""A run's end is the mean of so many last generations."""
+LAST_GENERATIONS = 10
+"""The end of a run is the mean over so many last generations."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """One run in numbers: per agent, at generation 0 (`first`) and as the mean of the last generations (`end`)."""
+    """The result of one run, per agent: at generation 0 (`first`), and the mean of the last generations (`end`)."""
 
     condition: str
     seed: int
@@ -36,14 +36,14 @@ class Outcome:
 
 
 def run_once(condition: str, config: Config, folder: Path) -> Outcome | None:
-    """Run one colony to its end into a folder, or go on with it there; it can run in any process.
+    """Run one colony to its end in a folder, or resume it there; this can run in any process.
 
-    Stops after Ctrl-C, or when the process that started it is gone, and returns None then; what it did is kept.
+    After Ctrl-C, or when the parent process is gone, it stops and returns None; the run can be resumed.
     """
     stop, parent = ShutdownSignal(None), os.getppid()
     if (folder / "config.toml").exists():
         if load(folder / "config.toml") != config:
-            raise ConfigError(f"{folder / 'config.toml'}: another config than this comparison has")
+            raise ConfigError(f"{folder / 'config.toml'}: not the config of this comparison")
         results, colony = resume_run(folder)
     else:
         results, colony = start_run(folder, config)
@@ -57,13 +57,13 @@ def run_once(condition: str, config: Config, folder: Path) -> Outcome | None:
 
 
 def read_outcome(condition: str, folder: Path) -> Outcome:
-    """Read a finished run's numbers from its folder; raises FolderError if that is not possible."""
+    """Read the outcome of a finished run from its folder; raises FolderError if that is impossible."""
     try:
         run = json.loads((folder / "run.json").read_text("utf-8"))
-        rows = read_table(folder / "generations.csv")
+        rows = read_table(folder / GENERATION_TABLE)
 
         def end(name: str) -> float:
-            return float(np.mean([float(row[name]) for row in rows[-LAST:]]))
+            return float(np.mean([float(row[name]) for row in rows[-LAST_GENERATIONS:]]))
 
         return Outcome(
             condition=condition,
@@ -78,16 +78,16 @@ def read_outcome(condition: str, folder: Path) -> Outcome:
             history_hash=run["history_hash"],
         )
     except (OSError, IndexError, KeyError, TypeError, ValueError) as error:
-        raise FolderError(f"{folder}: not the results of a whole run: {error}") from None
+        raise FolderError(f"{folder}: not the results of a finished run: {error}") from None
 
 
-def _run_all(
+def run_all(
     executor: Executor,
     jobs: list[tuple[str, Config]],
     out: Path,
     is_stopped: Callable[[], bool],
 ) -> Iterable[Outcome]:
-    """Yield the outcomes as they come; after a stop or an error start no more."""
+    """Run jobs of a condition and a config each, and yield outcomes as runs finish; after a stop start no more."""
     running = [
         executor.submit(
             run_once, name, config, out / name.replace(" ", "-") / f"seed-{config.seed}"

@@ -13,6 +13,7 @@ from pathlib import Path
 from random import Random
 
 from crcolony.config import Config
+from crcolony.errors import FatalStorageError
 from crcolony.fault_simulation.faults import CrashCountdown, CrashError, Faults
 from crcolony.fault_simulation.invariants import InvariantChecker
 from crcolony.fault_simulation.simulated_network import (
@@ -33,7 +34,7 @@ from crcolony.protocol.body_messages import Contact
 from crcolony.protocol.encounters import MatingLimits
 from crcolony.protocol.identity import Identity
 from crcolony.robot.factory import make_robots, numbered_streams
-from crcolony.storage.store import FatalStorageError, StorageFullError
+from crcolony.storage.store import StorageFullError
 from crcolony.transport.interface import InboundEvent, RobotOffline, RobotOnline, Transport
 
 COLONY = "simulated"

@@ -5,13 +5,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from random import Random
 from typing import Any
 
+from crcolony.errors import FatalStorageError
 from crcolony.evolution.history import Event
 from crcolony.fault_simulation.faults import CrashCountdown, CrashError
 from crcolony.fault_simulation.invariants import InvariantChecker
 from crcolony.protocol.encounters import EncounterRecord
 from crcolony.protocol.identity import RobotId
-from crcolony.storage.rows import Decision, Known
-from crcolony.storage.store import FatalStorageError, RobotStore, StorageFullError
+from crcolony.storage.rows import Decision, StoreState
+from crcolony.storage.store import RobotStore, StorageFullError
 
 _FULL_SHARE = 0.7
 """Share of transactions that fail while a disk is full."""
@@ -58,11 +59,11 @@ class SimulatedStore(RobotStore):
         self._countdown, self._checker = countdown, checker
 
     @contextlib.contextmanager
-    def _transaction(self) -> Iterator[Known]:
+    def _transaction(self) -> Iterator[StoreState]:
         if not self._disk.has_room():
             raise StorageFullError("no room")
-        with super()._transaction() as known:
-            yield known
+        with super()._transaction() as state:
+            yield state
             self._count_operation()
 
     def _count_operation(self) -> None:

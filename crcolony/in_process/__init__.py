@@ -1,0 +1,1 @@
+"""An arena and its robots in one process, as fast as possible."""

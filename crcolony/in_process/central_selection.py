@@ -1,6 +1,6 @@
-"""The central baseline (thesis 4.1, 5.3): one population over all robots, and roulette on the number of matings.
+"""Central selection (thesis 4.1, 5.3): one population over all robots, and roulette on the number of matings.
 
-Nothing else in the product selects centrally; this is what implicit selection is compared with.
+It is the baseline that implicit selection is compared with; nothing else selects centrally.
 """
 
 import numpy as np
@@ -24,9 +24,9 @@ class CentralSelection:
         self._variation = variation
 
     def turn_over(self, robots: list[Robot], matings: IntArray) -> list[list[Birth]]:
-        """Give every robot children of parents drawn by roulette from everybody; return births by robot.
+        """Give every robot offspring of parents drawn by roulette from all agents; return the births of each robot.
 
-        `matings` is (robots, agents), the fitness.
+        `matings`, the fitness, is (robots, agents).
         """
         rng = generator(self.stream)
         genotypes = np.concatenate([robot.subpopulation.genotypes for robot in robots]).copy()
@@ -34,12 +34,12 @@ class CentralSelection:
         fitness = np.concatenate([matings[robot.row] for robot in robots]).astype(float)
         births = []
         for robot in robots:
-            children = []
+            offspring = []
             for _ in robot.subpopulation.ids:
                 mother, father = roulette(fitness, 2, rng)
                 genes = self._variation.offspring(
                     genotypes[mother], genotypes[father], self._schema, rng
                 )
-                children.append(Newborn(genes, ids[mother], ids[father]))
-            births.append(robot.turn_over(children))
+                offspring.append(Newborn(genes, ids[mother], ids[father]))
+            births.append(robot.turn_over(offspring))
         return births

@@ -1,8 +1,8 @@
-"""An embedded colony: arena and robots in one process, as fast as possible, the same history on every run.
+"""An in-process colony: arena and robots in one process, as fast as possible, with the same history on every run.
 
-A tick is: actions into the world, the world on by one control period, everybody observes, every robot steps. Ticks
-run in compiled code until something rare happened to a robot; that is then done here, in the order of the robots:
-matings first, with the agents that met; then hand-overs; then turnovers.
+A tick applies the robots' actions, advances the world by one control period, lets all robots observe, and steps all
+robots. Ticks run in compiled code until a robot has an event. Events are then handled here, in the order of the robots:
+first deaths and matings, then hand-overs to the next agent, then turnovers.
 """
 
 from collections.abc import Callable, Mapping
@@ -16,7 +16,7 @@ from crcolony.config import Config
 from crcolony.evolution.history import Died, Event, Mated, TurnedOver, born
 from crcolony.evolution.lineage import Birth
 from crcolony.in_process.central_selection import CentralSelection
-from crcolony.results.generation_summary import summarise
+from crcolony.results.generation_summary import summarise_robots
 from crcolony.robot.factory import make_robots, numbered_streams, variation_of
 from crcolony.robot.life_records import lifetimes_of
 from crcolony.robot.robot import Robot
@@ -29,7 +29,7 @@ from crcolony.world.tick import advance, command, observe
 
 @compiled
 def tick(world: World, robots: Robots, parameters: StepParameters, actions: FloatArray) -> int:
-    """Let one control period pass for everybody; return the bits of all events."""
+    """Run one control period for all robots; return the bits of all events."""
     for i in range(actions.shape[0]):
         command(world, i, actions[i])
     advance(world)
@@ -42,7 +42,7 @@ def tick(world: World, robots: Robots, parameters: StepParameters, actions: Floa
 def run_ticks(
     world: World, robots: Robots, parameters: StepParameters, actions: FloatArray, most: int
 ) -> int:
-    """Run ticks until a robot has an event, at most so many; return how many were run."""
+    """Run ticks until a robot has an event, at most `most`; return the number of ticks run."""
     for count in range(most):
         if tick(world, robots, parameters, actions) != 0:
             return count + 1
@@ -50,9 +50,9 @@ def run_ticks(
 
 
 class InProcessColony:
-    """Robots in an arena, in this process. `events` takes every event of the history, in order."""
+    """Robots in an arena, in this process. `on_event` is called with every event of the history, in order."""
 
-    def __init__(self, config: Config, events: Callable[[Event], None]) -> None:
+    def __init__(self, config: Config, on_event: Callable[[Event], None]) -> None:
         self.config = config
         self.tick = 0
         self.generation = 0
@@ -70,8 +70,8 @@ class InProcessColony:
             else None
         )
         self.summary: dict[str, float] = {}
-        """The generation that ended last, in numbers"""
-        self._record = events
+        """The row of the generation that ended last, as `summarise_robots` returns it"""
+        self._record = on_event
 
     def start(self) -> None:
         """Give every robot its first generation."""
@@ -79,7 +79,7 @@ class InProcessColony:
             self._report_births(robot.row, robot.start())
 
     def run(self, most_ticks: int) -> None:
-        """Live on for so many ticks, or until a generation ends, whichever is first."""
+        """Run `most_ticks` ticks, or until a generation ends, whichever is first."""
         end, generation = self.tick + most_ticks, self.generation
         while self.tick < end and self.generation == generation:
             ran = run_ticks(
@@ -88,9 +88,9 @@ class InProcessColony:
             self.tick += ran
             events = self.batch.events
             if events.any():
-                self._attend(events)
+                self._handle_events(events)
 
-    def _attend(self, events: np.ndarray) -> None:
+    def _handle_events(self, events: np.ndarray) -> None:
         for row in np.flatnonzero(events & DIED):
             ids = self.robots[row].subpopulation.ids
             self._record(Died(self.tick, int(row), ids[self.robots[row].agent]))
@@ -106,7 +106,7 @@ class InProcessColony:
                 self._turn_over(waiting)
 
     def _mate(self, rows: np.ndarray) -> None:
-        """Let every pair that met exchange genotypes, and each side decide by its own energy."""
+        """Exchange the genotypes of every pair that met; each side decides on offspring by its own energy."""
         observations = self.arena.world.observations[-1]
         partners = observations[:, contract.ENCOUNTER_ROBOT].astype(int)
         for row in rows:
@@ -114,29 +114,29 @@ class InProcessColony:
             if other < row:
                 continue
             one, two = self.robots[row], self.robots[other]
-            given, taken = one.exchange(), two.exchange()
-            own, partners_own = one.mate(taken), two.mate(given)
+            offered, received = one.exchange(), two.exchange()
+            own_offspring, partner_offspring = one.mate(received), two.mate(offered)
             self._record(
                 Mated(
                     tick=self.tick,
                     robot=int(row),
                     partner_robot=int(other),
-                    agent=given.agent,
-                    partner=taken.agent,
+                    agent=offered.agent,
+                    partner=received.agent,
                     energy=one.energy,
                     partner_energy=two.energy,
-                    conceived=own is not None,
-                    partner_conceived=partners_own is not None,
+                    conceived=own_offspring is not None,
+                    partner_conceived=partner_offspring is not None,
                 )
             )
 
     def _turn_over(self, waiting: list[Robot]) -> None:
-        self.summary = summarise(self.generation, self.tick, self.batch, self.robots)
+        self.summary = summarise_robots(self.generation, self.tick, self.batch, self.robots)
         for robot in waiting:
             pool = len(robot.subpopulation.pool)
             self._record(TurnedOver(self.tick, robot.row, robot.generation + 1, pool))
-            for life in lifetimes_of(robot, self.batch, self.tick, robot.row):
-                self._record(life)
+            for lifetime in lifetimes_of(robot, self.batch, self.tick, robot.row):
+                self._record(lifetime)
         if self._central is None:
             births = [robot.turn_over() for robot in waiting]
         else:
@@ -146,7 +146,7 @@ class InProcessColony:
         self.generation = min(robot.generation for robot in self.robots)
 
     def save(self) -> dict[str, Any]:
-        """Return all there is of the colony; `restore` makes an equal one go on identically."""
+        """Return a copy of the colony's whole state; a colony that restores it continues identically."""
         return {
             "tick": self.tick,
             "generation": self.generation,
@@ -157,7 +157,7 @@ class InProcessColony:
         }
 
     def restore(self, saved: Mapping[str, Any]) -> None:
-        """Become a saved colony of the same config; raises ValueError if it does not fit."""
+        """Restore the state of a colony with the same config; raises ValueError if it does not fit."""
         if len(saved["robots"]) != len(self.robots):
             raise ValueError("the saved colony has another number of robots")
         self.tick, self.generation = saved["tick"], saved["generation"]
@@ -169,5 +169,5 @@ class InProcessColony:
             self._central.stream[...] = saved["central"]
 
     def _report_births(self, row: int, births: list[Birth]) -> None:
-        for place, birth in enumerate(births):
-            self._record(born(self.tick, row, birth, self.batch.genotypes[row, place]))
+        for agent, birth in enumerate(births):
+            self._record(born(self.tick, row, birth, self.batch.genotypes[row, agent]))

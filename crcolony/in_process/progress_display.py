@@ -1,4 +1,4 @@
-"""A run as a person sees it in the terminal: a live display, or plain lines where the output is no terminal."""
+"""Shows the progress of a run: a live display in a terminal, plain lines elsewhere."""
 
 import shutil
 import sys
@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
+from crcolony.errors import EXIT_OK
 from crcolony.in_process.colony import InProcessColony
 from crcolony.in_process.run import is_finished, run_until_done
 from crcolony.results.plots import draw_plots
@@ -18,16 +19,18 @@ from crcolony.results.run_folder import RunFolder
 from crcolony.shutdown import ShutdownSignal
 
 _REFRESH_S = 0.25
+"""Time between two refreshes of the live display."""
 _PLAIN_LINE_S = 5.0
+"""Time between two plain lines."""
 _SPEED_POINTS = 12
-"""Looks at the clock that the shown speed covers."""
+"""The shown speed is the mean over so many refreshes."""
 
 
 def run_in_terminal(results: RunFolder, colony: InProcessColony, minutes: float | None) -> int:
-    """Run a colony with a display until it is done, Ctrl-C, or the time is over; return the exit code."""
+    """Run a colony and show its progress until it is finished, Ctrl-C, or the time is over; return the exit code."""
     console = Console()
     stop = ShutdownSignal(minutes)
-    monitor = ProgressDisplay(colony)
+    display = ProgressDisplay(colony)
     config = colony.config
     length = f"{config.generations} generations" if config.generations else "until Ctrl-C"
     console.print(
@@ -38,18 +41,20 @@ def run_in_terminal(results: RunFolder, colony: InProcessColony, minutes: float 
     )
     try:
         if console.is_terminal:
-            with Live(monitor.display(), console=console, refresh_per_second=4) as live:
-                is_over = run_until_done(results, colony, stop, lambda _: monitor.refresh(live))
-                live.update(monitor.display())
+            with Live(display.table(), console=console, refresh_per_second=4) as live:
+                is_over = run_until_done(results, colony, stop, lambda _: display.refresh(live))
+                live.update(display.table())
         else:
-            is_over = run_until_done(results, colony, stop, lambda _: monitor.print_line())
+            is_over = run_until_done(results, colony, stop, lambda _: display.print_line())
     finally:
         results.close()
-    _finish(console, results, colony, is_over)
-    return 0
+    _print_end(console, results, colony, is_over)
+    return EXIT_OK
 
 
-def _finish(console: Console, results: RunFolder, colony: InProcessColony, is_over: bool) -> None:
+def _print_end(
+    console: Console, results: RunFolder, colony: InProcessColony, is_over: bool
+) -> None:
     if colony.generation > 0:
         try:
             draw_plots(results.folder)
@@ -59,7 +64,7 @@ def _finish(console: Console, results: RunFolder, colony: InProcessColony, is_ov
     if not is_over:
         console.print(
             f"stopped in generation {colony.generation};"
-            f" go on with: {_command()} evolve --resume --out {results.folder}",
+            f" resume with: {_command()} evolve --resume --out {results.folder}",
             highlight=False,
             soft_wrap=True,
         )
@@ -68,7 +73,7 @@ def _finish(console: Console, results: RunFolder, colony: InProcessColony, is_ov
 
 
 def _command() -> str:
-    """Return how to call this program again as it was called now."""
+    """Return the command that starts this program as it was started now."""
     path = Path(sys.argv[0])
     if path.name != "crcolony":
         return "python -m crcolony"
@@ -76,27 +81,29 @@ def _command() -> str:
 
 
 class ProgressDisplay:
-    """What is shown of a running colony."""
+    """The display of a running colony."""
 
     def __init__(self, colony: InProcessColony) -> None:
         self._colony = colony
-        self._said_at_s = -1.0
-        self._published = -1
-        self._passed = deque([(time.monotonic(), colony.tick)], maxlen=_SPEED_POINTS)
+        self._printed_at_s = -1.0
+        self._printed_generation = -1
+        self._ticks = deque([(time.monotonic(), colony.tick)], maxlen=_SPEED_POINTS)
 
     def refresh(self, live: Live) -> None:
-        """Refresh the live display, now and then."""
-        if self._look_at_the_clock():
-            live.update(self.display())
+        """Refresh the live display if it is due."""
+        if self._note_progress():
+            live.update(self.table())
 
     def print_line(self) -> None:
-        """Print a plain line about the last generation: the first, the last, and one now and then."""
-        self._look_at_the_clock()
+        """Print a plain line about the last generation: for the first, the last, and every few seconds."""
+        self._note_progress()
         now_s, colony, row = time.monotonic(), self._colony, self._colony.summary
         is_last = is_finished(colony)
-        is_due = now_s - self._said_at_s >= _PLAIN_LINE_S or is_last or self._published < 0
-        if row and is_due and colony.generation > self._published:
-            self._said_at_s, self._published = now_s, colony.generation
+        is_due = (
+            now_s - self._printed_at_s >= _PLAIN_LINE_S or is_last or self._printed_generation < 0
+        )
+        if row and is_due and colony.generation > self._printed_generation:
+            self._printed_at_s, self._printed_generation = now_s, colony.generation
             print(
                 f"generation {colony.generation}: matings {row['matings']:.2f},"
                 f" batteries {row['captures']:.2f}, energy {row['energy']:.2f},"
@@ -104,7 +111,7 @@ class ProgressDisplay:
                 flush=True,
             )
 
-    def display(self) -> Table:
+    def table(self) -> Table:
         """Return the present state as a table."""
         colony, row = self._colony, self._colony.summary
         energies = colony.batch.energies[range(len(colony.robots)), colony.batch.agent]
@@ -119,24 +126,24 @@ class ProgressDisplay:
             table.add_row(
                 "energy", f"{row['energy']:.2f} while alive; {row['starved']:.0%} of agents starved"
             )
-        table.add_row("energy now", _bars(energies[:8].tolist()))
+        table.add_row("energy now", _format_bars(energies[:8].tolist()))
         table.add_row("speed", f"{self._speed() / 1e6:.2f} million robot-steps/s")
         return table
 
-    def _look_at_the_clock(self) -> bool:
-        """Note how far the colony is; return whether it is time for a refresh."""
+    def _note_progress(self) -> bool:
+        """Record time and tick if a refresh is due, and return whether it is."""
         now_s = time.monotonic()
-        is_time = not self._passed or now_s - self._passed[-1][0] >= _REFRESH_S
-        if is_time:
-            self._passed.append((now_s, self._colony.tick))
-        return is_time
+        is_due = not self._ticks or now_s - self._ticks[-1][0] >= _REFRESH_S
+        if is_due:
+            self._ticks.append((now_s, self._colony.tick))
+        return is_due
 
     def _speed(self) -> float:
-        """Return robot-steps a second over the last few seconds."""
-        since_s, since_tick = self._passed[0]
+        """Return robot-steps per second over the last few seconds."""
+        since_s, since_tick = self._ticks[0]
         ran = (self._colony.tick - since_tick) * self._colony.config.robots
         return ran / max(time.monotonic() - since_s, 1e-9)
 
 
-def _bars(energies: list[float]) -> str:
+def _format_bars(energies: list[float]) -> str:
     return "  ".join(f"{'█' * round(8 * energy):░<8}" for energy in energies)

@@ -1,4 +1,4 @@
-"""Runs an embedded colony into a results folder: generation by generation, until done or told to stop."""
+"""Runs an in-process colony and writes its results folder, until it is finished or stopped."""
 
 import os
 import time
@@ -11,11 +11,12 @@ from crcolony.results.run_folder import RunFolder
 from crcolony.robot.batch import weight_bytes
 from crcolony.storage.files import FolderError
 
-_BREATH_ROBOT_STEPS = 30_000
-"""Robot-steps between two looks at the clock and at a request to stop: some hundredths of a second."""
+_CHUNK_ROBOT_STEPS = 30_000
+"""Robot-steps between two checks of the clock and of a request to stop: some hundredths of a second."""
 _CHECKPOINT_S = 10.0
+"""Time between two checkpoints, at least."""
 _CHECKPOINT_SHARE = 0.05
-"""Writing checkpoints takes at most this share of the time."""
+"""Checkpoints take at most this share of the time."""
 
 Progress = Callable[[InProcessColony], None]
 
@@ -24,20 +25,20 @@ def run_until_done(
     results: RunFolder,
     colony: InProcessColony,
     is_stopped: Callable[[], bool],
-    progress: Progress,
+    on_progress: Progress,
 ) -> bool:
-    """Run the colony until its last generation or until `is_stopped`; return whether it is done.
+    """Run the colony until its last generation or until `is_stopped()`; return whether it is finished.
 
-    Everything is written when it returns. `progress` is called often. Raises FolderError as `RunFolder` does.
+    Everything is written when this returns. `on_progress` is called several times a second. Raises FolderError.
     """
-    breath_ticks = max(1, _BREATH_ROBOT_STEPS // len(colony.robots))
+    chunk_ticks = max(1, _CHUNK_ROBOT_STEPS // len(colony.robots))
     due_s = time.monotonic() + _CHECKPOINT_S
     while not is_finished(colony) and not is_stopped():
         before = colony.generation
-        colony.run(breath_ticks)
+        colony.run(chunk_ticks)
         if colony.generation > before:
             results.write_generation(colony.summary)
-        progress(colony)
+        on_progress(colony)
         start_s = time.monotonic()
         if start_s > due_s:
             results.write_checkpoint(colony.save(), colony.generation, "running")
@@ -49,12 +50,12 @@ def run_until_done(
 
 
 def is_finished(colony: InProcessColony) -> bool:
-    """Tell whether the colony has come to the last generation of its config (0: there is none)."""
+    """Return whether the colony has ended the last generation of its config (0: there is no last one)."""
     return 0 < colony.config.generations <= colony.generation
 
 
 def start_run(folder: Path, config: Config) -> tuple[RunFolder, InProcessColony]:
-    """Start a new run in a new folder; raises ConfigError or FolderError and leaves nothing behind."""
+    """Start a run in a new folder; when this raises ConfigError or FolderError, no folder is left behind."""
     results = RunFolder(folder, config)
     colony = _new_colony(results)
     colony.start()
@@ -63,7 +64,7 @@ def start_run(folder: Path, config: Config) -> tuple[RunFolder, InProcessColony]
 
 
 def resume_run(folder: Path) -> tuple[RunFolder, InProcessColony]:
-    """Go on with a run where its checkpoint stands; raises FolderError if it does not fit its config."""
+    """Resume a run from its checkpoint; raises FolderError if the checkpoint does not fit the config."""
     results, saved = RunFolder.resume(folder)
     colony = _new_colony(results)
     try:
@@ -76,7 +77,9 @@ def resume_run(folder: Path) -> tuple[RunFolder, InProcessColony]:
 
 def _new_colony(results: RunFolder) -> InProcessColony:
     config = results.config
-    needed = 2 * weight_bytes(config.robots, config.learning, config.life)  # a checkpoint copies
+    needed = 2 * weight_bytes(
+        config.robots, config.learning, config.life
+    )  # a checkpoint copies all weights
     present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     if needed > present:
         raise ConfigError(

@@ -17,6 +17,7 @@ from crcolony.config import Config, load
 from crcolony.errors import CrcolonyError
 from crcolony.evolution.history import Born, Died, Event, Lived, Mated, TurnedOver
 from crcolony.protocol.identity import ID_BYTES, RobotId, seeded
+from crcolony.storage.files import robot_files_of_run
 from crcolony.storage.reading import read_stored_robot
 from crcolony.storage.sql import StorageError
 
@@ -102,7 +103,7 @@ def _ids(names: list[str]) -> tuple[RobotId, ...]:
 
 def _colony_of(folder: Path) -> str:
     """Return the name of the colony, as its robots have stored it."""
-    for store in sorted(folder.glob("robots/*/robot.sqlite")):
+    for store in robot_files_of_run(folder):
         with contextlib.suppress(StorageError):  # the next robot has stored it as well
             colony = read_stored_robot(store).colony
             if colony is not None:

@@ -4,7 +4,6 @@ A process that is killed loses the samples since its last commit; the file can b
 When the disk is full the recording ends, and the file stays readable.
 """
 
-import contextlib
 import sqlite3
 from collections.abc import Collection, Iterator
 from contextlib import closing
@@ -22,6 +21,7 @@ from crcolony.recordings.telemetry_schema import (
     prepare_for_writing,
     read_version,
 )
+from crcolony.storage.sql import close_as_one_file
 from crcolony.telemetry.samples import RawSample, SampleKind
 from crcolony.transport.bounded_queue import BoundedQueue
 
@@ -103,15 +103,9 @@ class TelemetryFile:
         return trouble
 
     def _end(self) -> None:
-        if self._database is None:
-            return
-        with contextlib.suppress(
-            sqlite3.Error
-        ):  # on a full disk it stays two files, which is as good
-            self._database.execute("PRAGMA journal_mode=DELETE")
-        with contextlib.suppress(sqlite3.Error):
-            self._database.close()
-        self._database = None
+        if self._database is not None:
+            close_as_one_file(self._database)
+            self._database = None
 
 
 def read_samples(path: Path, kinds: Collection[SampleKind] = KINDS) -> Iterator[RawSample]:

@@ -1,9 +1,14 @@
-"""A generation in numbers: what its agents did, and how their meta-parameters are distributed."""
+"""One row of numbers for each generation: what its agents did, and how their meta-parameters are distributed."""
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from crcolony.compiled import FloatArray
 from crcolony.evolution.history import Born, Died, Event, Lived, Mated
 from crcolony.robot.genes import META_PARAMETERS
 from crcolony.robot.modules import MODULES
@@ -11,93 +16,124 @@ from crcolony.robot.robot import Robot
 from crcolony.robot.state import Robots
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+"""Shares of agents whose genes are below the quantiles in a row."""
+
+
+@dataclass(frozen=True)
+class AgentColumns:
+    """The agents of a generation; every array has one entry for each agent, in any shape."""
+
+    matings: NDArray[Any]
+    captures: NDArray[Any]
+    energies: FloatArray
+    """Means over the steps that an agent lived"""
+    steps: NDArray[Any]
+    has_starved: NDArray[Any]
+    conceptions_per_agent: float
+    genotypes: FloatArray | None
+    """(..., genes), or None if they are unknown"""
+    mating_share: float | None = None
+    """The share of steps for which the mating module was selected, if it is known"""
 
 
 def summarise(
-    generation: int, tick: int, batch: Robots, robots: Sequence[Robot]
+    generation: int, tick: int, agents: AgentColumns, genes: Sequence[str]
 ) -> dict[str, float]:
-    """Return means over all agents of all robots, taken before the turnover.
+    """Return the row of a generation: means over all agents, and the distribution of their meta-parameters.
 
-    Matings, captures and conceptions are per agent; energy is the mean over the steps lived; starved is the share
-    of agents that died; `foraging.alpha q50` and the like are quantiles of a gene over all agents.
+    `genes` are the names of the schema's genes, in order. `starved` is the share of agents that died;
+    `foraging.alpha q50` and the like are quantiles of a gene over all agents.
     """
-    lived = np.maximum(batch.steps_alive, 1)
-    agents = batch.matings.size
     row: dict[str, float] = {
         "generation": generation,
         "tick": tick,
-        "matings": float(batch.matings.mean()),
-        "captures": float(batch.captures.mean()),
-        "conceptions": sum(robot.subpopulation.conceived for robot in robots) / agents,
-        "energy": float((batch.energy_sum / lived).mean()),
-        "lived_steps": float(batch.steps_alive.mean()),
-        "starved": float((batch.energies <= 0.0).mean()),
-        "mating_share": float(batch.used[:, :, -1].sum() / max(batch.used.sum(), 1)),
+        "matings": float(agents.matings.mean()),
+        "captures": float(agents.captures.mean()),
+        "conceptions": agents.conceptions_per_agent,
+        "energy": float(agents.energies.mean()),
+        "lived_steps": float(agents.steps.mean()),
+        "starved": float(agents.has_starved.mean()),
     }
-    schema = robots[0].subpopulation.schema
-    for module in MODULES:
-        for meta in META_PARAMETERS:
-            name = f"{module.name}.{meta}"
-            values = batch.genotypes[:, :, schema.index(name)]
-            row[f"{name} mean"] = float(values.mean())
-            for quantile, value in zip(QUANTILES, np.quantile(values, QUANTILES), strict=True):
-                row[quantile_of(name, quantile)] = float(value)
+    if agents.mating_share is not None:
+        row["mating_share"] = agents.mating_share
+    if agents.genotypes is not None:
+        row |= _summarise_genes(agents.genotypes, genes)
     return row
 
 
-def quantile_of(gene: str, share: float) -> str:
-    """Name the column of a gene's quantile over agents."""
-    return f"{gene} q{round(100 * share):02d}"
-
-
-def generations_of(events: Sequence[Event], genes: Sequence[str]) -> Iterator[dict[str, float]]:
-    """Return a row of means for every generation that all robots have ended, as `summary.summarise` does.
-
-    `genes` are the names of the schema's genes, in order.
-    """
-    births = {event.agent: event for event in events if isinstance(event, Born)}
-    conceptions: dict[str, int] = {}
-    for mated in (event for event in events if isinstance(event, Mated)):
-        conceptions[mated.agent] = conceptions.get(mated.agent, 0) + mated.conceived
-        partner = mated.partner
-        conceptions[partner] = conceptions.get(partner, 0) + mated.partner_conceived
-    starved = {event.agent for event in events if isinstance(event, Died)}
-    lives: dict[int, list[Lived]] = {}
-    for life in (event for event in events if isinstance(event, Lived)):
-        lives.setdefault(life.generation, []).append(life)
-    robots = len({event.robot for event in births.values()})
-    for generation in sorted(lives):
-        ended = lives[generation]
-        if len({life.robot for life in ended}) < robots:
-            break
-        row: dict[str, float] = {
-            "generation": generation,
-            "tick": max(life.tick for life in ended),
-            "matings": float(np.mean([life.matings for life in ended])),
-            "captures": float(np.mean([life.captures for life in ended])),
-            "conceptions": float(np.mean([conceptions.get(life.agent, 0) for life in ended])),
-            "energy": float(np.mean([life.energy for life in ended])),
-            "lived_steps": float(np.mean([life.steps for life in ended])),
-            "starved": float(np.mean([life.agent in starved for life in ended])),
-        }
-        bearers = [births[life.agent] for life in ended if life.agent in births]
-        if bearers:
-            row |= _genes_in_numbers(np.stack([genes_of(born) for born in bearers]), genes)
-        yield row
-
-
-def genes_of(born: Born) -> np.ndarray:
-    """Return the genes of a birth, (genes,)."""
-    return np.frombuffer(born.genes, dtype="<f8")
-
-
-def _genes_in_numbers(genotypes: np.ndarray, genes: Sequence[str]) -> dict[str, float]:
+def _summarise_genes(genotypes: FloatArray, genes: Sequence[str]) -> dict[str, float]:
     row: dict[str, float] = {}
     for module in MODULES:
         for meta in META_PARAMETERS:
             name = f"{module.name}.{meta}"
-            values = genotypes[:, genes.index(name)]
+            values = genotypes[..., genes.index(name)]
             row[f"{name} mean"] = float(values.mean())
-            for quantile, value in zip(QUANTILES, np.quantile(values, QUANTILES), strict=True):
-                row[quantile_of(name, quantile)] = float(value)
+            for share, value in zip(QUANTILES, np.quantile(values, QUANTILES), strict=True):
+                row[quantile_name(name, share)] = float(value)
     return row
+
+
+def quantile_name(gene: str, share: float) -> str:
+    """Return the column name of a gene's quantile over agents."""
+    return f"{gene} q{round(100 * share):02d}"
+
+
+def summarise_robots(
+    generation: int, tick: int, batch: Robots, robots: Sequence[Robot]
+) -> dict[str, float]:
+    """Return the row of the generation that all robots of a batch are about to end."""
+    conceived = sum(robot.subpopulation.conceived for robot in robots)
+    agents = AgentColumns(
+        matings=batch.matings,
+        captures=batch.captures,
+        energies=batch.energy_sum / np.maximum(batch.steps_alive, 1),
+        steps=batch.steps_alive,
+        has_starved=batch.energies <= 0.0,
+        conceptions_per_agent=conceived / batch.matings.size,
+        genotypes=batch.genotypes,
+        mating_share=float(batch.used[:, :, -1].sum() / max(batch.used.sum(), 1)),
+    )
+    genes = [gene.name for gene in robots[0].subpopulation.schema.genes]
+    return summarise(generation, tick, agents, genes)
+
+
+def summarise_events(events: Sequence[Event], genes: Sequence[str]) -> Iterator[dict[str, float]]:
+    """Yield the row of every generation that all robots of a history have ended, in order.
+
+    `genes` are the names of the schema's genes, in order.
+    """
+    births = {event.agent: event for event in events if isinstance(event, Born)}
+    conceptions = _conceptions_by_agent(events)
+    starved = {event.agent for event in events if isinstance(event, Died)}
+    lifetimes: dict[int, list[Lived]] = {}
+    for lifetime in (event for event in events if isinstance(event, Lived)):
+        lifetimes.setdefault(lifetime.generation, []).append(lifetime)
+    robots = len({event.robot for event in births.values()})
+    for generation in sorted(lifetimes):
+        ended = lifetimes[generation]
+        if len({lifetime.robot for lifetime in ended}) < robots:
+            break
+        born = [births[lifetime.agent] for lifetime in ended if lifetime.agent in births]
+        agents = AgentColumns(
+            matings=np.array([lifetime.matings for lifetime in ended]),
+            captures=np.array([lifetime.captures for lifetime in ended]),
+            energies=np.array([lifetime.energy for lifetime in ended]),
+            steps=np.array([lifetime.steps for lifetime in ended]),
+            has_starved=np.array([lifetime.agent in starved for lifetime in ended]),
+            conceptions_per_agent=float(np.mean([conceptions[one.agent] for one in ended])),
+            genotypes=np.stack([genes_of(birth) for birth in born]) if born else None,
+        )
+        yield summarise(generation, max(lifetime.tick for lifetime in ended), agents, genes)
+
+
+def genes_of(born: Born) -> FloatArray:
+    """Return the genes of a birth, (genes,)."""
+    return np.frombuffer(born.genes, dtype="<f8")
+
+
+def _conceptions_by_agent(events: Sequence[Event]) -> Counter[str]:
+    conceptions: Counter[str] = Counter()
+    for mated in (event for event in events if isinstance(event, Mated)):
+        conceptions[mated.agent] += mated.conceived
+        conceptions[mated.partner] += mated.partner_conceived
+    return conceptions

@@ -1,4 +1,4 @@
-"""The table of a run with one row for every generation, as a CSV file."""
+"""The table of a run, with one row for each generation, as a CSV file."""
 
 import csv
 import io
@@ -9,17 +9,20 @@ from typing import Any
 
 from crcolony.storage.files import FolderError, replace_file
 
+GENERATION_TABLE = "generations.csv"
+"""The table's name in a results folder."""
+
 
 def write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write a table by generation; raises FolderError."""
+    """Write a table as a whole or not at all; raises FolderError."""
     try:
-        replace_file(path, lambda file: file.write(_as_csv(rows)))
+        replace_file(path, lambda file: file.write(_format_csv(rows)))
     except OSError as error:
         raise FolderError(f"{path}: cannot be written: {error.strerror}") from None
 
 
 def read_table(path: Path) -> list[dict[str, str]]:
-    """Read a table by generation; raises FolderError if it cannot be read."""
+    """Read a table; raises FolderError if it cannot be read."""
     try:
         with path.open(newline="", encoding="utf-8") as file:
             return list(csv.DictReader(file))
@@ -27,18 +30,8 @@ def read_table(path: Path) -> list[dict[str, str]]:
         raise FolderError(f"{path}: cannot be read: {error}") from None
 
 
-def _as_csv(rows: Sequence[Mapping[str, Any]]) -> bytes:
-    if not rows:
-        return b""
-    text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, fieldnames=list(rows[0]))
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue().encode()
-
-
-def _append(path: Path, row: Mapping[str, Any]) -> None:
-    """Add a row to a table, whole or not at all."""
+def append_row(path: Path, row: Mapping[str, Any]) -> None:
+    """Append a row to a table, as a whole or not at all; raises OSError."""
     size = path.stat().st_size if path.exists() else 0
     try:
         with path.open("a", newline="", encoding="utf-8") as file:
@@ -49,3 +42,24 @@ def _append(path: Path, row: Mapping[str, Any]) -> None:
     except OSError:
         os.truncate(path, size)
         raise
+
+
+def delete_rows_from(path: Path, generation: int) -> None:
+    """Delete the rows of this and later generations, and a last row that a crash cut short; raises FolderError."""
+    rows = read_table(path)
+    whole = [row for row in rows if None not in row.values()]
+    try:
+        kept = [row for row in whole if int(row["generation"]) < generation]
+    except (KeyError, ValueError):
+        raise FolderError(f"{path}: corrupt: a row names no generation") from None
+    write_table(path, kept)
+
+
+def _format_csv(rows: Sequence[Mapping[str, Any]]) -> bytes:
+    if not rows:
+        return b""
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, fieldnames=list(rows[0]))
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue().encode()

@@ -1,4 +1,4 @@
-"""What is in a robot's memory, for people and for spreadsheets: `crcolony inspect`."""
+"""Prints what is in a robot's file, as text or as a table for spreadsheets (`crcolony inspect`)."""
 
 import contextlib
 import csv
@@ -23,26 +23,27 @@ from crcolony.storage.reading import StoredRobot, read_stored_robot
 from crcolony.storage.rows import Decision
 
 _COLONY = "colony"
-"""What a colony is called unless its user says otherwise, for a memory that holds no snapshot yet"""
+"""The default name of a colony, for a file that holds no snapshot yet."""
 _ANCESTORS = 3
-"""Generations that a lineage goes back."""
+"""Generations that a printed lineage goes back."""
 
-Proof = Literal["signed", "other", "doctored"]
+Proof = Literal["signed", "other", "mismatch"]
+"""Whether the partner's message confirms a record: signed for this colony, not signed for it, or of other content."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """A row of a table; genes get a column each."""
+    """A row of a table; each gene gets a column of its own."""
 
     values: Sequence[object]
     genes: bytes = b""
 
 
-def inspect_memory(path: Path, table: str | None) -> None:
-    """Print what a robot remembers, or one table of it as comma-separated values; raises StorageError."""
+def inspect_robot(path: Path, table: str | None) -> None:
+    """Print a summary of a robot's file, or one table of it as comma-separated values; raises StorageError."""
     stored = read_stored_robot(path)
     if table is None:
-        print("\n".join(_in_words(stored)))
+        print("\n".join(_format_summary(stored)))
         return
     columns, rows = _TABLES[table](stored)
     genes = max((len(row.genes) // 8 for row in rows), default=0)
@@ -56,24 +57,24 @@ def inspect_memory(path: Path, table: str | None) -> None:
         writer.writerow([*row.values, *values])
 
 
-# In words -----------------------------------------------------------------------------------------------------------
+# As text ------------------------------------------------------------------------------------------------------------
 
 
-def _in_words(stored: StoredRobot) -> Iterator[str]:
-    yield f"memory of robot {stored.robot.hex()}"
-    if stored.taken is None or stored.tick is None:
+def _format_summary(stored: StoredRobot) -> Iterator[str]:
+    yield f"file of robot {stored.robot.hex()}"
+    if stored.saved_unix_s is None or stored.tick is None:
         yield f"incarnation {stored.incarnation}, nothing saved yet"
     else:
-        when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(stored.taken))
+        when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(stored.saved_unix_s))
         yield f"incarnation {stored.incarnation}, generation {stored.generation}, saved {when} at tick {stored.tick}"
-    yield from _matings_in_words(stored)
-    yield from _open_in_words(stored)
+    yield from _format_matings(stored)
+    yield from _format_open(stored)
     yield f"offspring pool: {len(stored.pool)} for the next generation"
-    yield _proofs_in_words(stored)
-    yield from _lineage_in_words(stored)
+    yield _format_proofs(stored)
+    yield from _format_lineage(stored)
 
 
-def _matings_in_words(stored: StoredRobot) -> Iterator[str]:
+def _format_matings(stored: StoredRobot) -> Iterator[str]:
     states = Counter(record.state for record, _ in stored.matings)
     named = ", ".join(f"{count} {state}" for state, count in states.most_common())
     yield f"encounters: {len(stored.matings)}" + (f" ({named})" if named else "")
@@ -90,7 +91,7 @@ def _matings_in_words(stored: StoredRobot) -> Iterator[str]:
         yield f"  {peer.hex()[:8]}: {_counted(count, 'mating')}, {conceived[peer]} offspring"
 
 
-def _open_in_words(stored: StoredRobot) -> Iterator[str]:
+def _format_open(stored: StoredRobot) -> Iterator[str]:
     waiting = [record for record, _ in stored.matings if record.is_unresolved]
     yield f"open encounters: {len(waiting)}"
     for record in waiting:
@@ -99,25 +100,23 @@ def _open_in_words(stored: StoredRobot) -> Iterator[str]:
         yield f"  with {record.peer.hex()[:8]} since tick {record.tick}: {what}{orphaned}"
 
 
-def _proofs_in_words(stored: StoredRobot) -> str:
+def _format_proofs(stored: StoredRobot) -> str:
     colony = _colony_of(stored)
     proofs = Counter(proof_of(record, colony) for record, _ in stored.matings if record.proof)
     if not proofs:
-        return "partners' letters: none"
-    message = (
-        f"partners' letters: {proofs['signed']} of {proofs.total()} signed for colony {colony}"
-    )
-    if proofs["doctored"]:
-        message += f", {proofs['doctored']} DO NOT say what the memory says"
+        return "partners' signed messages: none"
+    message = f"partners' signed messages: {proofs['signed']} of {proofs.total()} valid for colony {colony}"
+    if proofs["mismatch"]:
+        message += f", {proofs['mismatch']} DO NOT MATCH the records of this file"
     if proofs["other"]:
         message += f", {proofs['other']} for another colony or forged"
     return message
 
 
-def _lineage_in_words(stored: StoredRobot) -> Iterator[str]:
+def _format_lineage(stored: StoredRobot) -> Iterator[str]:
     births = {event.agent: event for event in stored.events if isinstance(event, Born)}
     if not births:
-        yield "lineage: nobody is born yet"
+        yield "lineage: no agent is born yet"
         return
     newest = max(born.generation for born in births.values())
     living = [born for born in births.values() if born.generation == newest]
@@ -148,11 +147,11 @@ def _colony_of(stored: StoredRobot) -> str:
 
 
 def proof_of(record: EncounterRecord, colony: str) -> Proof:
-    """Tell whether the partner's letter says what the record says, and whether it is signed for this colony."""
+    """Return whether the partner's message confirms the record, and whether it is signed for this colony."""
     try:
         envelope, message = open_envelope(record.proof)
     except WireError:
-        return "doctored"
+        return "mismatch"
     expected = Propose if record.role == "responder" else Accept
     partner = record.partner
     if (
@@ -161,7 +160,7 @@ def proof_of(record: EncounterRecord, colony: str) -> Proof:
         or (message.encounter, message.nonce) != (record.encounter, record.nonce)
         or (message.agent, message.genes) != (partner.agent, partner.genes)
     ):
-        return "doctored"
+        return "mismatch"
     return "signed" if has_valid_signature(envelope, colony) else "other"
 
 
@@ -173,14 +172,14 @@ Table = tuple[Sequence[str], list[Row]]
 def _matings(stored: StoredRobot) -> Table:
     columns = (
         "tick", "role", "state", "orphaned", "partner_robot", "incarnation", "count", "agent",
-        "partner", "letter", "energy", "conceived", "too_late", "step",
+        "partner", "proof", "energy", "conceived", "too_late", "step",
     )  # fmt: skip
     colony = _colony_of(stored)
     return columns, [_mating_row(record, decision, colony) for record, decision in stored.matings]
 
 
 def _mating_row(record: EncounterRecord, decision: Decision | None, colony: str) -> Row:
-    """Return an encounter, with the genes of the offspring if it led to one."""
+    """Return the row of an encounter, with the genes of the offspring if there is one."""
     encounter, partner = record.encounter, record.partner
     own: list[object] = [
         record.tick,
@@ -234,7 +233,10 @@ _TABLES: dict[str, Callable[[StoredRobot], Table]] = {
 
 
 def gene_names(path: Path, schema: bytes) -> list[str]:
-    """Return what a memory's genes are called, by the built-in config or that of its results folder; else nothing."""
+    """Return the names of a schema's genes, from the default config or that of the file's results folder.
+
+    The list is empty if neither has this schema.
+    """
     for config in _configs(path):
         candidate = agent_schema(config.learning, config.heredity)
         if candidate.digest == schema.hex():
@@ -244,6 +246,6 @@ def gene_names(path: Path, schema: bytes) -> list[str]:
 
 def _configs(path: Path) -> Iterator[Config]:
     yield Config()
-    for folder in list(path.absolute().parents)[:3]:  # launch puts memories into OUT/robots/0
+    for folder in list(path.absolute().parents)[:3]:  # `launch` puts robots into OUT/robots/0
         with contextlib.suppress(ConfigError):
             yield load(folder / "config.toml")

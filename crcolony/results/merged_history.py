@@ -1,7 +1,7 @@
-"""The history of a colony whose robots each remember their own part: memories put together, in the order of time.
+"""The history of a colony, merged from its robots' files, which hold a part each, in the order of ticks.
 
-Robots are numbered in the order of their number (then id), and agents are named by it, so that the history of robots in
-processes of their own and that of an embedded colony are the same events, with the same hash.
+Robots and their agents are named by the robots' numbers. So the history of robots in their own processes and that of an
+in-process colony are the same events, with the same hash.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,12 +18,12 @@ from crcolony.storage.reading import StoredRobot, read_stored_robot
 from crcolony.storage.rows import Decision
 
 _ORDER: dict[type, int] = {Died: 0, Mated: 1, TurnedOver: 2, Lived: 2, Born: 3}
-"""What comes first in a tick, as in an embedded colony."""
+"""The order of events within a tick, as in an in-process colony."""
 
 
 @dataclass(frozen=True)
 class OneSidedMating:
-    """A mating of which only one robot's memory is here, or that only one of them has (yet)."""
+    """A mating that only one robot's file holds: the other file is not there, or does not hold it yet."""
 
     robot: RobotId
     record: EncounterRecord
@@ -32,16 +32,16 @@ class OneSidedMating:
 
 @dataclass(frozen=True)
 class MergedHistory:
-    """What a colony's memories say together."""
+    """The history of all robots together."""
 
     robots: tuple[RobotId, ...]
-    """In the order of their numbers"""
+    """Ids in the order of the robots' numbers"""
     events: tuple[Event, ...]
     one_sided: tuple[OneSidedMating, ...]
 
     @property
     def hash(self) -> HistoryHash:
-        """The hash of the history, as that of an embedded colony."""
+        """The hash of the history, equal to that of an in-process colony with the same history."""
         chain = HistoryHash()
         for event in self.events:
             chain.add(event)
@@ -49,12 +49,12 @@ class MergedHistory:
 
 
 def merge_robot_files(paths: Sequence[Path]) -> MergedHistory:
-    """Read memories and put them together; raises StorageError."""
+    """Read robots' files and merge them; raises StorageError."""
     return merge_robots([read_stored_robot(path) for path in paths])
 
 
 def merge_robots(stored_robots: Sequence[StoredRobot]) -> MergedHistory:
-    """Put memories together."""
+    """Merge what robots' files hold; robots are numbered by their own number, then by id."""
     stored_robots = sorted(stored_robots, key=lambda stored: (_number_of(stored), stored.robot))
     numbers = {stored.robot.hex(): number for number, stored in enumerate(stored_robots)}
     events: list[tuple[int, int, int, Event]] = []
@@ -77,7 +77,7 @@ def _number_of(stored: StoredRobot) -> int:
 
 
 def _renamed(event: Event, number: int, numbers: Mapping[str, int]) -> Event:
-    """Return an event of the robot with this number, in which robots and agents are called by numbers."""
+    """Return an event of the robot with this number, with all robots and agents named by numbers."""
     changes: dict[str, object] = {} if isinstance(event, Mated) else {"robot": number}
     for field in ("agent", "mother", "father"):
         name = getattr(event, field, None)
@@ -87,7 +87,7 @@ def _renamed(event: Event, number: int, numbers: Mapping[str, int]) -> Event:
 
 
 def agent_by_number(name: str, numbers: Mapping[str, int]) -> str:
-    """Return an agent's name with its robot's number; of a robot that has none, its name as it is."""
+    """Return an agent's name with the number of its robot in place of the id; unchanged if the robot has no number."""
     robot, slash, own = name.partition("/")
     return f"{numbers[robot]}{slash}{own}" if robot in numbers else name
 
@@ -95,7 +95,7 @@ def agent_by_number(name: str, numbers: Mapping[str, int]) -> str:
 def _pair(
     stored_robots: Sequence[StoredRobot], numbers: Mapping[str, int]
 ) -> tuple[list[Mated], list[OneSidedMating]]:
-    """Return the matings that both sides have, as the embedded colony tells them, and those that one has alone."""
+    """Return the matings that both sides hold, as an in-process colony records them, and those of one side only."""
     sides: dict[Encounter, dict[RobotId, tuple[EncounterRecord, Decision]]] = {}
     for stored in stored_robots:
         for record, decision in stored.matings:
@@ -108,7 +108,7 @@ def _pair(
             one_sided.append(OneSidedMating(first, *both[first]))
             continue
         (record, decision), (_, other) = both[first], both[others[0]]
-        assert record.partner is not None, "what is decided has a partner"
+        assert record.partner is not None, "a decided encounter has a partner"
         matings.append(
             Mated(
                 tick=record.tick,

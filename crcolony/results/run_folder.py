@@ -1,17 +1,15 @@
-"""The results folder of an embedded run: config, versions, history, a table by generation, and a checkpoint.
+"""The results folder of an in-process run: config, versions, history, a table by generation, and a checkpoint.
 
     config.toml        the effective config
     run.json           versions, seed, how far the run is, its history hash
-    history.sqlite     every birth (with its genes), mating, death, life and turnover
-    generations.csv    one row a generation
-    checkpoint.npz     the whole colony, to go on from
+    history.sqlite     every birth (with its genes), mating, death, lifetime and turnover
+    generations.csv    one row for each generation
+    checkpoint.npz     the whole colony, from which the run is resumed
 
-A generation is written in one transaction, and a file is replaced whole or not at all, so that a run that is killed
-leaves a folder that can be resumed.
+A generation is written in one transaction, and a file is replaced as a whole or not at all, so that the folder of a
+run that was killed can be resumed.
 """
 
-import contextlib
-import fcntl
 import json
 import os
 import platform
@@ -24,16 +22,23 @@ from typing import Any
 
 from crcolony.config import Config, load, to_toml
 from crcolony.evolution.history import Event, HistoryHash
-from crcolony.results.generation_table import _append, _as_csv, read_table
-from crcolony.results.history_database import TABLES, _insert, _make_tables
+from crcolony.results.generation_table import GENERATION_TABLE, append_row, delete_rows_from
+from crcolony.results.history_database import (
+    HISTORY_DATABASE,
+    create_tables,
+    delete_events_after,
+    insert_events,
+)
 from crcolony.storage.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
-from crcolony.storage.files import FolderError, replace_file
+from crcolony.storage.files import FolderError, lock_folder, replace_file
+from crcolony.storage.sql import close_as_one_file
 
 _PACKAGES = ("crcolony", "numpy", "numba", "pymunk", "msgspec")
+"""Packages whose versions are recorded."""
 
 
 class RunFolder:
-    """Writes a run into its folder; raises FolderError when the outside (disk, files) refuses."""
+    """Writes a run into its folder; raises FolderError when a file cannot be read or written."""
 
     def __init__(self, folder: Path, config: Config) -> None:
         self.folder = folder
@@ -44,7 +49,10 @@ class RunFolder:
         self._lock: int | None = None
 
     def create(self, colony: dict[str, Any]) -> None:
-        """Make the folder, with a first checkpoint; if it is not empty or cannot be written, leave it as it was."""
+        """Make the folder and write a first checkpoint.
+
+        Raises FolderError, and leaves everything as it was, if the folder is not empty or cannot be written.
+        """
         is_new = not self.folder.exists()
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -69,9 +77,12 @@ class RunFolder:
 
     @classmethod
     def resume(cls, folder: Path) -> tuple["RunFolder", dict[str, Any]]:
-        """Open a folder to go on; return it and the saved colony. What came after the checkpoint is forgotten."""
+        """Open a folder to resume its run; return it and the saved colony. What came after the checkpoint is deleted.
+
+        Raises FolderError or ConfigError.
+        """
         if not (folder / "config.toml").is_file():
-            raise FolderError(f"{folder}: no results folder: config.toml is missing")
+            raise FolderError(f"{folder}: not a results folder: config.toml is missing")
         results = cls(folder, load(folder / "config.toml"))
         path = folder / "checkpoint.npz"
         try:
@@ -84,47 +95,43 @@ class RunFolder:
             raise FolderError(f"{path}: corrupt: {error}") from None
         try:
             results._open()
-            results._forget_after(tick, generation)
+            results._delete_after(tick, generation)
         except FolderError:
             results.close()
             raise
         return results, saved
 
     def add_event(self, event: Event) -> None:
-        """Take one event of the history."""
+        """Add an event to the history; it is written with its generation."""
         self.hash.add(event)
         self._events.append(event)
 
     def write_generation(self, row: Mapping[str, Any]) -> None:
-        """Write a finished generation: its row of the table, and the events since the last."""
+        """Write the row of a generation that has ended, and the events since the last one; raises FolderError."""
         try:
-            self._flush()
-            _append(self.folder / "generations.csv", row)
+            self._flush_events()
+            append_row(self.folder / GENERATION_TABLE, row)
         except (OSError, sqlite3.Error) as error:
             raise FolderError(f"{self.folder}: cannot be written: {error}") from None
 
     def write_checkpoint(self, colony: dict[str, Any], generation: int, status: str) -> None:
-        """Save the whole colony and say how far the run is; what it builds on is on the disk before it."""
+        """Write a checkpoint of the colony and the run's progress, after all events before it; raises FolderError."""
         try:
-            self._flush()
+            self._flush_events()
             self._connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
             replace_file(
                 self.folder / "checkpoint.npz",
                 lambda file: write_checkpoint(file, {**colony, "hash": str(self.hash)}),
             )
-            description = self._describe(generation, status)
+            description = self._format_run(generation, status)
             replace_file(self.folder / "run.json", lambda file: file.write(description))
         except (OSError, sqlite3.Error) as error:
             raise FolderError(f"{self.folder}: cannot be written: {error}") from None
 
     def close(self) -> None:
-        """Let the database go, as one file that can be copied and read anywhere."""
+        """Close the database, as one file that can be copied and read anywhere, and release the folder."""
         if self._database is not None:
-            with contextlib.suppress(
-                sqlite3.Error
-            ):  # on a full disk it stays two files, and as good
-                self._database.execute("PRAGMA journal_mode=DELETE")
-            self._database.close()
+            close_as_one_file(self._database)
             self._database = None
         if self._lock is not None:
             os.close(self._lock)
@@ -135,7 +142,7 @@ class RunFolder:
         assert self._database is not None, "the folder is not open"
         return self._database
 
-    def _describe(self, generation: int, status: str) -> bytes:
+    def _format_run(self, generation: int, status: str) -> bytes:
         return json.dumps(
             {
                 "status": status,
@@ -149,44 +156,38 @@ class RunFolder:
         ).encode()
 
     def _open(self) -> None:
-        self._lock = os.open(self.folder, os.O_RDONLY)
+        self._lock = lock_folder(self.folder)
         try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise FolderError(f"{self.folder}: in use by another run") from None
-        try:
-            self._database = sqlite3.connect(self.folder / "history.sqlite")
+            self._database = sqlite3.connect(self.folder / HISTORY_DATABASE)
             self._database.execute("PRAGMA journal_mode=WAL")
             self._database.execute("PRAGMA synchronous=NORMAL")
-            _make_tables(self._database)
+            create_tables(self._database)
             self._database.commit()
         except sqlite3.Error as error:
-            raise FolderError(f"{self.folder / 'history.sqlite'}: {error}") from None
+            raise FolderError(f"{self.folder / HISTORY_DATABASE}: {error}") from None
 
-    def _flush(self) -> None:
+    def _flush_events(self) -> None:
         with self._connection as database:
-            _insert(database, self._events)
+            insert_events(database, self._events)
         self._events.clear()
 
-    def _forget_after(self, tick: int, generation: int) -> None:
-        path = self.folder / "generations.csv"
+    def _delete_after(self, tick: int, generation: int) -> None:
+        """Delete events after this tick and rows of this and later generations."""
         try:
             with self._connection as database:
-                for table in TABLES.values():
-                    database.execute(f"DELETE FROM {table} WHERE tick > ?", (tick,))
-            if path.exists():
-                rows = read_table(path)
-                whole = [row for row in rows if None not in row.values()]
-                kept = [row for row in whole if int(row["generation"]) < generation]
-                replace_file(path, lambda file: file.write(_as_csv(kept)))
-        except (KeyError, ValueError):
-            raise FolderError(f"{path}: corrupt: a row names no generation") from None
-        except (OSError, sqlite3.Error) as error:
+                delete_events_after(database, tick)
+        except sqlite3.Error as error:
             raise FolderError(f"{self.folder}: cannot be resumed: {error}") from None
+        table = self.folder / GENERATION_TABLE
+        if table.exists():
+            delete_rows_from(table, generation)
 
 
 def keep_config(folder: Path, config: Config) -> None:
-    """Write the config of a colony of processes into its folder; raises FolderError if it has another already."""
+    """Write the config of a colony of processes into its folder, unless the folder has the same one already.
+
+    Raises FolderError for a folder with another config, or with files of something else.
+    """
     settings = folder / "config.toml"
     if settings.exists():
         if load(settings) != config:

@@ -1,4 +1,4 @@
-"""What is said and left behind when a colony of processes ends: who mated with whom, what evolved, where it is."""
+"""The report at the end of a colony of processes: who mated with whom, what evolved, and where the results are."""
 
 import json
 from collections import Counter
@@ -9,42 +9,40 @@ from rich.console import Console
 
 from crcolony.config import Config
 from crcolony.evolution.history import Mated
-from crcolony.results.generation_summary import generations_of
-from crcolony.results.generation_table import write_table
-from crcolony.results.history_database import write_history
+from crcolony.results.generation_summary import summarise_events
+from crcolony.results.generation_table import GENERATION_TABLE, write_table
+from crcolony.results.history_database import HISTORY_DATABASE, write_history
 from crcolony.results.merged_history import MergedHistory, merge_robot_files
 from crcolony.results.plots import draw_plots
 from crcolony.results.plots.conditions import PlotError
 from crcolony.robot.genes import agent_schema
-from crcolony.storage.files import ROBOT_FILE, FolderError, replace_file
+from crcolony.storage.files import ROBOT_FILE, FolderError, replace_file, robot_files_of_run
 from crcolony.storage.sql import StorageError
 
 _MAX_PAIRS = 6
+"""Pairs of robots that are named in the report."""
 
 
 def print_run_report(console: Console, folder: Path, config: Config) -> None:
-    """Put the memories of all robots of a folder together, write the results, and say them in words."""
-    stored_robots = sorted(
-        folder.glob(f"robots/*/{ROBOT_FILE}"), key=lambda path: int(path.parent.name)
-    )
+    """Merge the files of all robots of a folder, write the results there, and print a report."""
     try:
-        merged = merge_robot_files(stored_robots)
+        merged = merge_robot_files(robot_files_of_run(folder))
     except StorageError as error:
-        console.print(f"no summary: {error}", highlight=False, soft_wrap=True)
+        console.print(f"no report: {error}", highlight=False, soft_wrap=True)
         return
     genes = [gene.name for gene in agent_schema(config.learning, config.heredity).genes]
-    rows = list(generations_of(merged.events, genes))
-    for line in [*_in_words(merged), *_evolved(rows)]:
+    rows = list(summarise_events(merged.events, genes))
+    for line in [*_format_matings(merged), *_format_evolution(rows)]:
         console.print(line, highlight=False, soft_wrap=True)
     _write(console, folder, merged, rows)
     console.print(f"history hash: {merged.hash}", highlight=False, soft_wrap=True)
 
 
-def _in_words(merged: MergedHistory) -> list[str]:
-    """Say who mated with whom, and how often that led to offspring."""
+def _format_matings(merged: MergedHistory) -> list[str]:
+    """Return lines that name the pairs that mated, and the number of offspring."""
     matings = [event for event in merged.events if isinstance(event, Mated)]
     if not matings:
-        return ["nobody has mated yet"]
+        return ["no robots have mated yet"]
     pairs = Counter((mated.robot, mated.partner_robot) for mated in matings)
     conceptions = sum(mated.conceived + mated.partner_conceived for mated in matings)
     named = ", ".join(
@@ -58,17 +56,17 @@ def _in_words(merged: MergedHistory) -> list[str]:
     ]
     if merged.one_sided:
         lines.append(
-            f"{len(merged.one_sided)} matings are in one memory alone: with a robot from"
-            " elsewhere, or one that has not come back"
+            f"{len(merged.one_sided)} matings are in the file of one robot only: the partner is from"
+            " another machine, or has not come back"
         )
     return lines
 
 
-def _evolved(rows: Sequence[dict[str, float]]) -> list[str]:
-    """Say what changed from the first generation that ended to the last."""
+def _format_evolution(rows: Sequence[dict[str, float]]) -> list[str]:
+    """Return a line that compares the last generation that ended with the first."""
     if len(rows) < 2:
         ended = {0: "no generation has ended yet", 1: "only one generation has ended"}[len(rows)]
-        return [f"{ended}: too few to say what evolves"]
+        return [f"{ended}: too few to compare"]
     first, last = rows[0], rows[-1]
     message = [
         f"{name} {first[key]:.2f} → {last[key]:.2f}"
@@ -98,10 +96,10 @@ def _write(
         indent=2,
     ).encode()
     try:
-        write_history(folder / "history.sqlite", merged.events)
+        write_history(folder / HISTORY_DATABASE, merged.events)
         replace_file(folder / "run.json", lambda file: file.write(description))
         if rows:
-            write_table(folder / "generations.csv", rows)
+            write_table(folder / GENERATION_TABLE, rows)
             draw_plots(folder)
             console.print(f"plots: {folder / 'plots'}", highlight=False, soft_wrap=True)
     except OSError as error:
@@ -109,7 +107,7 @@ def _write(
     except (PlotError, FolderError) as error:
         console.print(str(error), highlight=False, soft_wrap=True)
     console.print(
-        f"results: {folder}; each robot's memory: {folder}/robots/*/{ROBOT_FILE} (crcolony inspect)",
+        f"results: {folder}; files of robots: {folder}/robots/*/{ROBOT_FILE} (crcolony inspect)",
         highlight=False,
         soft_wrap=True,
     )

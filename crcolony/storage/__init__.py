@@ -1,0 +1,1 @@
+"""What stays on disk: one SQLite file for each robot, checkpoints, and the layout of folders."""

@@ -1,54 +1,68 @@
-"""Finds damage in the file of a robot: every row carries a digest, and the head one over all of them."""
+"""Finds damage in a robot's file: every row carries a digest, and the head a digest over all of them.
+
+SQLite checksums its log but not the main file. A flipped bit, a lost row, and pages of two different moments are all
+found here. Snapshots are the exception: two are kept, so a damaged one is reported, and the other is used.
+"""
 
 import sqlite3
 from dataclasses import dataclass
 from pathlib import Path
 
-from crcolony.storage.sql import _DIGEST_BYTES, StorageError, digest_of, select
+from crcolony.storage.sql import DIGEST_BYTES, StorageError, digest_of, select
+
+
+@dataclass(frozen=True)
+class Names:
+    """What a version of the schema calls the table of the head, and the column of a robot's starts in it."""
+
+    head: str
+    incarnation: str
+
+
+NAMES_OF_VERSION_1 = Names("memory", "life")
+NAMES = Names("head", "incarnation")
+"""Those of the present version."""
 
 
 @dataclass
 class Head:
-    """The row of `memory`: what the whole file must agree with."""
+    """The one row of table `head`, which the whole file must agree with."""
 
     robot: str
     schema: bytes
-    life: int = 0
+    incarnation: int = 0
     serial: int = 0
     newest: int = 0
     older: int = 0
-    total: bytes = bytes(_DIGEST_BYTES)
+    total: bytes = bytes(DIGEST_BYTES)
     layout: bytes = b""
 
-    def base(self, damaged: frozenset[int]) -> int:
-        """Return the serial of the snapshot that the robot goes on from: the newest undamaged one, or 0."""
+    def base_serial(self, damaged: frozenset[int]) -> int:
+        """Return the serial of the newest undamaged snapshot, or 0 if there is none."""
         return self.older if self.newest in damaged else self.newest
 
-    def include(self, digest: bytes) -> None:
-        """Count a row in, or out if it was in."""
+    def toggle(self, digest: bytes) -> None:
+        """Add the digest of a row to the total, or remove it if it is part of the total."""
         total = int.from_bytes(self.total) ^ int.from_bytes(digest)
-        self.total = total.to_bytes(_DIGEST_BYTES)
+        self.total = total.to_bytes(DIGEST_BYTES)
 
 
 @dataclass(frozen=True)
-class Checked:
-    """What a look at the whole file found: its head, and the serials of its damaged snapshots."""
+class IntegrityReport:
+    """The head of a sound file, and the serials of its damaged snapshots."""
 
     head: Head
-    damaged: frozenset[int]
+    damaged_snapshots: frozenset[int]
 
 
-def check(database: sqlite3.Connection, path: Path) -> Checked:
-    """Look at every page and row; raises StorageError for any damage that is not to a snapshot."""
+def check_integrity(
+    database: sqlite3.Connection, path: Path, names: Names = NAMES
+) -> IntegrityReport:
+    """Check every page and row; raises StorageError for any damage outside the snapshots."""
     for (finding,) in database.execute("PRAGMA integrity_check(1)"):
         if finding != "ok":
             raise StorageError(f"{path}: corrupt: {finding.splitlines()[0]}")
-    rows = list(select(database, "SELECT * FROM memory"))
-    if len(rows) != 1 or rows[0].pop("digest") != digest_of("memory", rows[0]):
-        raise StorageError(f"{path}: corrupt: the row of table memory is damaged")
-    head = Head(**rows[0])
-    if head.layout != _layout(database):
-        raise StorageError(f"{path}: corrupt: its tables are not as they were")
+    head = _check_head(database, path, names)
     found = Head(head.robot, head.schema)
     for table in ("encounters", "events"):
         for seq, row in enumerate(select(database, f"SELECT * FROM {table} ORDER BY seq"), 1):
@@ -56,10 +70,21 @@ def check(database: sqlite3.Connection, path: Path) -> Checked:
                 raise StorageError(
                     f"{path}: corrupt: row {seq} of table {table} is damaged or lost"
                 )
-            found.include(row["digest"])
+            found.toggle(row["digest"])
     if found.total != head.total:
         raise StorageError(f"{path}: corrupt: rows are missing, or of different moments")
-    return Checked(head, _damaged_snapshots(database, head, path))
+    return IntegrityReport(head, _damaged_snapshots(database, head, path))
+
+
+def _check_head(database: sqlite3.Connection, path: Path, names: Names) -> Head:
+    rows = list(select(database, f"SELECT * FROM {names.head}"))
+    if len(rows) != 1 or rows[0].pop("digest") != digest_of(names.head, rows[0]):
+        raise StorageError(f"{path}: corrupt: the row of table {names.head} is damaged")
+    (row,) = rows
+    head = Head(incarnation=row.pop(names.incarnation), **row)
+    if head.layout != layout_digest(database, names):
+        raise StorageError(f"{path}: corrupt: its table definitions were changed")
+    return head
 
 
 def _damaged_snapshots(database: sqlite3.Connection, head: Head, path: Path) -> frozenset[int]:
@@ -75,8 +100,8 @@ def _damaged_snapshots(database: sqlite3.Connection, head: Head, path: Path) -> 
     return frozenset(damaged)
 
 
-def _layout(database: sqlite3.Connection) -> bytes:
-    """Return a digest of the tables' definitions; what an analyst adds (an index, a view) does not matter."""
+def layout_digest(database: sqlite3.Connection, names: Names = NAMES) -> bytes:
+    """Return a digest of the table definitions; indices and views that a user adds do not count."""
     query = "SELECT name, sql FROM sqlite_schema WHERE type = 'table' AND name IN (?, ?, ?, ?)"
-    tables = database.execute(query, ("memory", "encounters", "events", "snapshots")).fetchall()
+    tables = database.execute(query, (names.head, "encounters", "events", "snapshots")).fetchall()
     return digest_of("sqlite_schema", dict(tables))

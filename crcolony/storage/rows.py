@@ -1,4 +1,4 @@
-"""The rows of a robot's memory, as the records, decisions and robots they stand for."""
+"""The rows of a robot's file, and the values that they hold: encounters, decisions, snapshots, the head."""
 
 import io
 import math
@@ -8,36 +8,39 @@ from dataclasses import dataclass
 from typing import Any
 
 from crcolony.protocol.encounters import EncounterRecord, Offer
+from crcolony.protocol.identity import RobotId
 from crcolony.protocol.mating_messages import Encounter
 from crcolony.storage.checkpoint import CheckpointError, read_checkpoint
-from crcolony.storage.integrity import Head
-from crcolony.storage.sql import find, select
+from crcolony.storage.integrity import NAMES, Head
+from crcolony.storage.sql import select, select_one
 
 UNDECIDED = dict.fromkeys(("energy", "conceived", "too_late", "child", "step", "stream", "serial"))
 """The columns of an encounter about whose offspring nothing is decided."""
 
-
-WAITING = """
+_OPEN_ENCOUNTERS = """
     SELECT * FROM encounters WHERE (role, state) = ('initiator', 'decided')
     OR (role, state) = ('responder', 'prepared') ORDER BY seq
 """
-"""Encounters that wait for their partner, oldest first."""
+_RESPONDED_ENCOUNTERS = """
+    SELECT initiator, incarnation, count, state FROM encounters WHERE role = 'responder'
+    ORDER BY incarnation, count
+"""
 
 
 @dataclass
-class Known:
-    """What there is in a file, as far as it must be known to write the next encounter."""
+class StoreState:
+    """The part of a file's content that is kept in RAM, to write the next encounter without reading the file."""
 
     head: Head
     encounters: int
-    """How many there are, and the `seq` of the last"""
-    waiting: dict[Encounter, dict[str, Any]]
-    """The rows of those that wait for their partner; the others never change again"""
+    """The number of encounters, which is the `seq` of the last"""
+    open_rows: dict[Encounter, dict[str, Any]]
+    """The rows of encounters that are open; the others never change again"""
 
 
 @dataclass(frozen=True)
 class Decision:
-    """What a robot made of a mating, by its own energy."""
+    """What a robot decided about its own offspring of a mating, by its energy."""
 
     energy: float
     conceived: bool
@@ -48,27 +51,55 @@ class Decision:
     step: int
     """The robot's control step at the decision"""
     stream: bytes
-    """The robot's randomness after it"""
+    """The state of the robot's random generator after the decision"""
 
 
-def head_of(database: sqlite3.Connection) -> Head:
-    """Return the one row of `memory`."""
-    row = find(database, "SELECT * FROM memory")
-    assert row is not None, "it was there when the memory was opened"
+def read_head(database: sqlite3.Connection) -> Head:
+    """Return the head of a file that was checked when it was opened."""
+    row = select_one(database, f"SELECT * FROM {NAMES.head}")
+    assert row is not None, "it was there when the file was opened"
     del row["digest"]
     return Head(**row)
 
 
-def known_of(database: sqlite3.Connection) -> Known:
-    """Return what is in the file."""
+def read_state(database: sqlite3.Connection) -> StoreState:
+    """Return the state of a file as it is on the disk."""
     (encounters,) = database.execute("SELECT ifnull(max(seq), 0) FROM encounters").fetchone()
-    waiting = {record_of(row).encounter: row for row in select(database, WAITING)}
-    return Known(head_of(database), int(encounters), waiting)
+    open_rows = {record_of(row).encounter: row for row in select(database, _OPEN_ENCOUNTERS)}
+    return StoreState(read_head(database), int(encounters), open_rows)
 
 
-def snapshot_of(database: sqlite3.Connection, serial: int) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return a saved robot and the row it stands in; raises CheckpointError if it cannot be understood."""
-    row = find(database, "SELECT * FROM snapshots WHERE serial = ?", serial)
+def read_open_records(database: sqlite3.Connection) -> list[EncounterRecord]:
+    """Return the encounters that wait for their partner, oldest first."""
+    return [record_of(row) for row in select(database, _OPEN_ENCOUNTERS)]
+
+
+def read_marks(database: sqlite3.Connection) -> dict[RobotId, tuple[tuple[int, int], bool]]:
+    """Return incarnation and count of the last encounter of every initiator, and whether it was a mating."""
+    return {
+        bytes.fromhex(initiator): ((incarnation, count), state == "mated")
+        for initiator, incarnation, count, state in database.execute(_RESPONDED_ENCOUNTERS)
+    }
+
+
+def read_decisions(
+    database: sqlite3.Connection, after_serial: int
+) -> list[tuple[EncounterRecord, Decision]]:
+    """Return the matings that were decided after a transaction, in order."""
+    query = "SELECT * FROM encounters WHERE serial > ? ORDER BY serial"
+    decisions = []
+    for row in select(database, query, after_serial):
+        decision = decision_of(row)
+        assert decision is not None, "a row with a serial holds a decision"
+        decisions.append((record_of(row), decision))
+    return decisions
+
+
+def read_snapshot(
+    database: sqlite3.Connection, serial: int
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the robot saved in a snapshot, and the snapshot's row; raises CheckpointError if it is unreadable."""
+    row = select_one(database, "SELECT * FROM snapshots WHERE serial = ?", serial)
     if row is None:
         raise CheckpointError("it is missing")
     return read_checkpoint(io.BytesIO(row["robot"])), row
@@ -79,7 +110,7 @@ def record_of(row: Mapping[str, Any]) -> EncounterRecord:
     encounter = Encounter(
         bytes.fromhex(row["initiator"]),
         bytes.fromhex(row["responder"]),
-        row["life"],
+        row["incarnation"],
         row["count"],
     )
     has_partner = row["partner_agent"] is not None
@@ -97,7 +128,7 @@ def record_of(row: Mapping[str, Any]) -> EncounterRecord:
 
 
 def decision_of(row: Mapping[str, Any]) -> Decision | None:
-    """Return the decision that a row of `encounters` holds, if it has come to one."""
+    """Return the decision that a row of `encounters` holds, or None if there is none yet."""
     if row["serial"] is None:
         return None
     return Decision(
@@ -116,7 +147,7 @@ def row_of(record: EncounterRecord) -> dict[str, Any]:
     return {
         "initiator": encounter.initiator.hex(),
         "responder": encounter.responder.hex(),
-        "life": encounter.incarnation,
+        "incarnation": encounter.incarnation,
         "count": encounter.count,
         "role": record.role,
         "state": record.state,
@@ -131,12 +162,12 @@ def row_of(record: EncounterRecord) -> dict[str, Any]:
     }
 
 
-def columns_of(decision: Decision) -> dict[str, Any]:
-    """Return the columns of `encounters` that a decision fills; raises ValueError for an energy that is no number."""
+def decision_columns(decision: Decision) -> dict[str, Any]:
+    """Return the columns of `encounters` that a decision fills; raises ValueError if the energy is not finite."""
     if not math.isfinite(decision.energy):
         raise ValueError(f"an energy of {decision.energy}")
     return {
-        "energy": float(decision.energy) + 0.0,  # SQLite knows no -0.0
+        "energy": float(decision.energy) + 0.0,  # SQLite stores -0.0 as 0.0, and digests must agree
         "conceived": int(decision.conceived),
         "too_late": int(decision.too_late),
         "child": decision.child,

@@ -1,26 +1,29 @@
-"""The file of a robot's memory: its tables, how an older file becomes a present one, and how damage to it is found.
-
-    StorageError                a memory cannot be used: the message names the file and the reason
-
-SQLite checksums its log (the WAL) but not the main file. So every row carries a digest over its columns, and the one
-row of `memory` a digest over all of those: a flipped bit, a lost row, and pages of two different moments are all found.
-A snapshot is the exception: if the newest is damaged there is an older one, so its damage is told, not refused.
-"""
+"""The tables of a robot's file, and how a file of an older version becomes one of the present version."""
 
 import sqlite3
 from pathlib import Path
 
-from crcolony.storage.integrity import Checked, Head, _layout, check
-from crcolony.storage.sql import _DIGEST_BYTES, StorageError, put, select
+from crcolony.storage.files import log_of
+from crcolony.storage.integrity import (
+    NAMES,
+    NAMES_OF_VERSION_1,
+    Head,
+    IntegrityReport,
+    Names,
+    check_integrity,
+    layout_digest,
+)
+from crcolony.storage.sql import DIGEST_BYTES, StorageError, insert_or_replace, select
 
-APPLICATION_ID = 0x43524D59  # "CRMY", what `file` shows of a robot file
+APPLICATION_ID = 0x43524D59
+""""CRMY" in ASCII, which the command `file` shows of a robot's file."""
 
 MIGRATIONS = (
     """
     CREATE TABLE memory (
-        robot TEXT PRIMARY KEY,  -- whose memory this is, 32 hex digits
-        schema BLOB NOT NULL,    -- digest of its genome schema
-        life INTEGER NOT NULL,   -- number of its present start
+        robot TEXT PRIMARY KEY,  -- whose file this is, 32 hex digits
+        schema BLOB NOT NULL,    -- digest of its genotype schema
+        life INTEGER NOT NULL,   -- ordinal of its present start
         serial INTEGER NOT NULL, -- number of the last transaction
         newest INTEGER NOT NULL, -- serial of the newest snapshot, 0 if there is none
         older INTEGER NOT NULL,  -- and of the one before it
@@ -33,7 +36,7 @@ MIGRATIONS = (
         initiator TEXT NOT NULL,   -- robot ids are 32 hex digits
         responder TEXT NOT NULL,
         life INTEGER NOT NULL,     -- of the initiator, at its proposal
-        count INTEGER NOT NULL,    -- of its proposals in that incarnation
+        count INTEGER NOT NULL,    -- of its proposals since that start
         role TEXT NOT NULL,        -- of this robot: initiator or responder
         state TEXT NOT NULL,       -- decided, prepared, mated or aborted
         nonce INTEGER NOT NULL,
@@ -42,14 +45,14 @@ MIGRATIONS = (
         own_genes BLOB NOT NULL,   -- genes are little-endian float64
         partner_agent TEXT,
         partner_genes BLOB,
-        proof BLOB NOT NULL,       -- the partner's signed letter
+        proof BLOB NOT NULL,       -- the partner's signed envelope
         orphaned INTEGER NOT NULL, -- 1 if the partner did not come back in time
         energy REAL,               -- from here on NULL, unless it is decided about offspring
         conceived INTEGER,
         too_late INTEGER,
         child BLOB,                -- genes of the offspring
         step INTEGER,              -- of this robot
-        stream BLOB,               -- its randomness after the decision
+        stream BLOB,               -- state of its random generator after the decision
         serial INTEGER,            -- of the transaction that decided
         digest BLOB NOT NULL,
         UNIQUE (initiator, responder, life, count)
@@ -70,20 +73,28 @@ MIGRATIONS = (
         digest BLOB NOT NULL
     );
     """,
+    """
+    ALTER TABLE memory RENAME TO head;
+    ALTER TABLE head RENAME COLUMN life TO incarnation;
+    ALTER TABLE encounters RENAME COLUMN life TO incarnation;
+    """,
 )
-"""How a memory came to its present form; `user_version` counts how many of these it has been through."""
+"""One script for each version; `PRAGMA user_version` is the number of those that a file has been through.
+
+Columns and tables are renamed in place: what a user added (an index, a view) stays, and follows the new names.
+"""
 
 
-def refuse_emptied(path: Path) -> None:
-    """Raise StorageError for a file that lost all its pages but not its log; opening it, SQLite would delete that too."""
-    log = path.with_name(path.name + "-wal")
+def check_not_truncated(path: Path) -> None:
+    """Raise StorageError for an empty file that has a log; opening it, SQLite would delete the log too."""
+    log = log_of(path)
     is_empty = not path.exists() or path.stat().st_size == 0
     if is_empty and log.exists() and log.stat().st_size > 0:
         raise StorageError(f"{path}: corrupt: it is empty, and its log is not")
 
 
-def recognise(database: sqlite3.Connection, path: Path) -> bool:
-    """Tell whether a file is a memory (True) or has nothing in it (False); raises StorageError for anything else."""
+def is_robot_file(database: sqlite3.Connection, path: Path) -> bool:
+    """Return True for a robot's file and False for an empty database; raises StorageError for anything else."""
     application = int(database.execute("PRAGMA application_id").fetchone()[0])
     if application == APPLICATION_ID:
         return True
@@ -92,41 +103,55 @@ def recognise(database: sqlite3.Connection, path: Path) -> bool:
     return False
 
 
-def create(database: sqlite3.Connection, robot: str, schema: bytes) -> None:
-    """Make the tables of a new memory, in one transaction."""
+def create_tables(database: sqlite3.Connection, robot: str, schema: bytes) -> None:
+    """Create the tables of a new robot's file in one transaction."""
     database.executescript("BEGIN IMMEDIATE;" + "".join(MIGRATIONS))
-    put(database, "memory", vars(Head(robot, schema, layout=_layout(database))))
+    head = Head(robot, schema, layout=layout_digest(database))
+    insert_or_replace(database, NAMES.head, vars(head))
     database.execute(f"PRAGMA application_id = {APPLICATION_ID}")
     database.execute(f"PRAGMA user_version = {len(MIGRATIONS)}")
     database.execute("COMMIT")
 
 
-def migrate(database: sqlite3.Connection, path: Path) -> None:
-    """Bring a sound memory of an older version to the present one, in one transaction; refuse a newer one."""
-    version = int(database.execute("PRAGMA user_version").fetchone()[0])
+def names_in(database: sqlite3.Connection, path: Path) -> Names:
+    """Return the names of the version that wrote a file; raises StorageError if that version is newer, or unknown."""
+    version = _version_of(database)
     if version > len(MIGRATIONS):
         raise StorageError(
             f"{path}: written by a newer crcolony (version {version}); update this one"
         )
-    if version == len(MIGRATIONS):
-        return
     if version < 1:
         raise StorageError(f"{path}: corrupt: it has no version")
-    checked = check(database, path)
+    return NAMES_OF_VERSION_1 if version == 1 else NAMES
+
+
+def migrate(database: sqlite3.Connection, path: Path) -> None:
+    """Bring a file of an older version to the present one, in one transaction.
+
+    Raises StorageError for a file that is damaged, or was written by a newer version.
+    """
+    names, version = names_in(database, path), _version_of(database)
+    if version == len(MIGRATIONS):
+        return
+    report = check_integrity(database, path, names)
     database.executescript("BEGIN IMMEDIATE;" + "".join(MIGRATIONS[version:]))
-    _seal_again(database, checked)
+    _rewrite_digests(database, report)
     database.execute(f"PRAGMA user_version = {len(MIGRATIONS)}")
     database.execute("COMMIT")
 
 
-def _seal_again(database: sqlite3.Connection, checked: Checked) -> None:
-    """Give every sound row a digest over its present columns."""
-    head = checked.head
-    head.total, head.layout = bytes(_DIGEST_BYTES), _layout(database)
+def _version_of(database: sqlite3.Connection) -> int:
+    return int(database.execute("PRAGMA user_version").fetchone()[0])
+
+
+def _rewrite_digests(database: sqlite3.Connection, report: IntegrityReport) -> None:
+    """Give every undamaged row a digest under the present names and columns."""
+    head = report.head
+    head.total, head.layout = bytes(DIGEST_BYTES), layout_digest(database)
     for table in ("encounters", "events"):
         for row in list(select(database, f"SELECT * FROM {table}")):
-            head.include(put(database, table, row))
+            head.toggle(insert_or_replace(database, table, row))
     for row in list(select(database, "SELECT * FROM snapshots")):
-        if row["serial"] not in checked.damaged:
-            put(database, "snapshots", row)
-    put(database, "memory", vars(head))
+        if row["serial"] not in report.damaged_snapshots:
+            insert_or_replace(database, "snapshots", row)
+    insert_or_replace(database, NAMES.head, vars(head))

@@ -1,4 +1,4 @@
-"""Small helpers over sqlite3: rows with digests, and SQLite's errors as ours."""
+"""Functions over sqlite3: rows that carry a digest, closing as a single file, and SQLite's errors as `StorageError`."""
 
 import contextlib
 import hashlib
@@ -6,42 +6,48 @@ import sqlite3
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import msgspec
 
 from crcolony.errors import CrcolonyError
 
-_DIGEST_BYTES = 16
+DIGEST_BYTES = 16
+"""The size of a row's digest."""
 
 _encode = msgspec.msgpack.Encoder().encode
 
 
 class StorageError(CrcolonyError):
-    """A memory cannot be used: the message names the file and the reason."""
+    """A robot's file cannot be used: the message names the file and the reason."""
 
 
 def digest_of(table: str, columns: Mapping[str, Any]) -> bytes:
-    """Return the digest of a row: over all its columns but the digest, whatever their order."""
+    """Return the digest of a row: over the table's name and all columns but the digest itself, in any order."""
     content = sorted((name, value) for name, value in columns.items() if name != "digest")
-    return hashlib.blake2b(_encode((table, content)), digest_size=_DIGEST_BYTES).digest()
-
-
-def put(database: sqlite3.Connection, table: str, columns: Mapping[str, Any]) -> bytes:
-    """Write a row, in place of one with the same key; return its digest."""
-    return _insert(database, "INSERT OR REPLACE", table, columns)
+    return hashlib.blake2b(_encode((table, content)), digest_size=DIGEST_BYTES).digest()
 
 
 def insert(database: sqlite3.Connection, table: str, columns: Mapping[str, Any]) -> bytes:
-    """Write a new row; return its digest. Raises sqlite3.IntegrityError if there is one of the same key."""
+    """Insert a row and return its digest; raises sqlite3.IntegrityError if its key exists already."""
     return _insert(database, "INSERT", table, columns)
 
 
+def insert_or_replace(
+    database: sqlite3.Connection, table: str, columns: Mapping[str, Any]
+) -> bytes:
+    """Insert a row, replacing one of the same key, and return its digest."""
+    return _insert(database, "INSERT OR REPLACE", table, columns)
+
+
 def _insert(
-    database: sqlite3.Connection, how: str, table: str, columns: Mapping[str, Any]
+    database: sqlite3.Connection, statement: str, table: str, columns: Mapping[str, Any]
 ) -> bytes:
     row = {**columns, "digest": digest_of(table, columns)}
     marks = ", ".join("?" * len(row))
-    database.execute(f"{how} INTO {table} ({', '.join(row)}) VALUES ({marks})", tuple(row.values()))
+    database.execute(
+        f"{statement} INTO {table} ({', '.join(row)}) VALUES ({marks})", tuple(row.values())
+    )
     digest: bytes = row["digest"]
     return digest
 
@@ -49,9 +55,9 @@ def _insert(
 def update(
     database: sqlite3.Connection, table: str, before: Mapping[str, Any], columns: Mapping[str, Any]
 ) -> bytes:
-    """Change a row, found by its `seq`, where it differs from what it was; return its digest.
+    """Update the row with this `seq` and return its digest.
 
-    What does not change is not written: SQLite then leaves the pages of the indices alone.
+    Only columns that differ from `before` are written: SQLite then leaves the pages of the indices alone.
     """
     changed = {name: value for name, value in columns.items() if value != before[name]}
     changed["digest"] = digest_of(table, columns)
@@ -66,38 +72,54 @@ def update(
 def select(
     database: sqlite3.Connection, query: str, *values: int | str | bytes
 ) -> Iterator[dict[str, Any]]:
-    """Yield rows as dicts by column."""
+    """Yield the rows of a query as dicts by column name."""
     cursor = database.execute(query, values)
     names = [column[0] for column in cursor.description]
     for row in cursor:
         yield dict(zip(names, row, strict=True))
 
 
-def find(
+def select_one(
     database: sqlite3.Connection, query: str, *values: int | str | bytes
 ) -> dict[str, Any] | None:
-    """Return the one row there is, if there is one."""
-    rows = list(select(database, query, *values))
-    return rows[0] if rows else None
+    """Return the first row of a query, or None if it has no rows."""
+    return next(iter(list(select(database, query, *values))), None)
+
+
+def connect_read_only(path: Path) -> sqlite3.Connection:
+    """Open a database that is there, without any way to change it; raises sqlite3.Error."""
+    return sqlite3.connect(f"file:{quote(str(path.absolute()))}?mode=ro", uri=True)
+
+
+def close_as_one_file(database: sqlite3.Connection) -> None:
+    """Merge the write-ahead log into the main file and close, so that the one file can be copied and read anywhere.
+
+    Where that is impossible (another process reads the database, or the disk is full) the log stays beside it, and
+    nothing is lost.
+    """
+    with contextlib.suppress(sqlite3.Error):
+        database.execute("PRAGMA journal_mode = DELETE")
+    with contextlib.suppress(sqlite3.Error):
+        database.close()
 
 
 @contextlib.contextmanager
-def named_errors(path: Path) -> Iterator[None]:
-    """Turn whatever SQLite raises about a file into a StorageError."""
+def storage_errors(path: Path) -> Iterator[None]:
+    """Raise StorageError, naming the file, in place of every error of SQLite inside the block."""
     try:
         yield
     except sqlite3.Error as error:
-        raise StorageError(f"{path}: {_reason(error)}") from None
-    except UnicodeDecodeError:  # of an error's text that quotes the damage
+        raise StorageError(f"{path}: {_format_error(error)}") from None
+    except UnicodeDecodeError:  # the text of SQLite's error quotes the damaged bytes
         raise StorageError(f"{path}: corrupt") from None
 
 
 def primary_code(error: Exception) -> int:
-    """Return which kind of error SQLite met, or -1 if the error is not SQLite's own."""
+    """Return the primary result code of an error of SQLite, or -1 if the error is of another kind."""
     return getattr(error, "sqlite_errorcode", -1) & 0xFF
 
 
-def _reason(error: sqlite3.Error) -> str:
+def _format_error(error: sqlite3.Error) -> str:
     match primary_code(error):
         case sqlite3.SQLITE_NOTADB:
             return "not a crcolony robot file"

@@ -1,67 +1,55 @@
-"""A robot's memory: one SQLite file with its encounters and decisions, its history, and snapshots of all of it.
+"""A robot's file, open for writing: encounters and decisions, the robot's history, and snapshots of the whole robot.
 
-    StorageError                at opening and reading: the memory cannot be used
-    StorageFullError                 nothing of this transaction is on the disk: there is no room, or somebody locks the file
-    FatalStorageError               nobody knows what is on the disk: stop, and begin again from there
+    StorageError         at opening and reading: the file cannot be used
+    StorageFullError     a transaction is certainly not on the disk: there is no room, or another process locks the file
+    FatalStorageError    it is unknown what is on the disk: the process must stop and start again from there
 
-What a method has returned from is on the disk (with `durable`), and a transaction is there whole or not at all.
+When a method returns, its transaction is on the disk (with `durable`). A transaction is there whole or not at all.
 """
 
 import contextlib
-import fcntl
 import io
 import os
 import sqlite3
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-import msgspec
-
-from crcolony.errors import Broken, CrcolonyError
+from crcolony.errors import CrcolonyError, FatalStorageError
 from crcolony.evolution.history import Event
 from crcolony.protocol.encounters import EncounterRecord
 from crcolony.protocol.identity import RobotId
 from crcolony.storage.checkpoint import CheckpointError, write_checkpoint
-from crcolony.storage.integrity import check
+from crcolony.storage.files import lock_file
+from crcolony.storage.former_name import rename_former_file
+from crcolony.storage.integrity import NAMES, check_integrity
 from crcolony.storage.rows import (
-    UNDECIDED,
-    WAITING,
     Decision,
-    Known,
-    columns_of,
-    decision_of,
-    head_of,
-    known_of,
-    record_of,
-    row_of,
-    snapshot_of,
+    StoreState,
+    read_decisions,
+    read_head,
+    read_marks,
+    read_open_records,
+    read_snapshot,
+    read_state,
 )
-from crcolony.storage.schema import create, migrate, recognise, refuse_emptied
+from crcolony.storage.schema import check_not_truncated, create_tables, is_robot_file, migrate
 from crcolony.storage.sql import (
     StorageError,
-    insert,
-    named_errors,
+    close_as_one_file,
+    insert_or_replace,
     primary_code,
-    put,
-    select,
-    update,
+    storage_errors,
 )
-
-_encode = msgspec.msgpack.Encoder().encode
+from crcolony.storage.writing import write_record, write_snapshot
 
 
 class StorageFullError(CrcolonyError):
-    """A transaction was rolled back, certainly, for want of room or because somebody locks the file: go on without."""
-
-
-class FatalStorageError(Broken):
-    """Nobody knows whether a transaction is on the disk: the process must stop and begin again from there."""
+    """A transaction was rolled back, certainly: there is no room, or another process locks the file."""
 
 
 class RobotStore:
-    """The memory of one robot, for one process, and in it for one thread at a time."""
+    """The file of one robot, for one process, and in it for one thread at a time."""
 
     def __init__(
         self,
@@ -71,17 +59,22 @@ class RobotStore:
         busy_s: float = 0.3,
         durable: bool = True,
     ) -> None:
-        """Open the file, or make it; raises StorageError. Without `durable` a power cut may take what was written."""
+        """Open a robot's file, or create it; raises StorageError.
+
+        `schema` is the digest of the robot's genotype schema. Another process that locks the file is waited for
+        `busy_s`. Without `durable` a power cut may lose the last transactions.
+        """
         self.path = path
         self._is_broken = False
         self._database: sqlite3.Connection | None = None
-        self._known: Known | None = None
-        """None: to be read from the disk"""
+        self._state: StoreState | None = None
+        """None if it must be read from the disk"""
         if path.is_dir():
-            raise StorageError(f"{path}: is a folder, not a memory")
-        self._lock: int | None = _lock(path)
+            raise StorageError(f"{path}: is a folder, not a robot's file")
+        self._lock: int | None = lock_file(path)
         try:
-            with named_errors(path):
+            rename_former_file(path)
+            with storage_errors(path):
                 self._open(robot, schema, busy_s, durable)
         except BaseException:
             self._is_broken = True  # so that closing leaves the file as it is
@@ -89,38 +82,45 @@ class RobotStore:
             raise
 
     def _open(self, robot: RobotId, schema: bytes, busy_s: float, durable: bool) -> None:
-        refuse_emptied(self.path)
+        check_not_truncated(self.path)
         self._database = database = sqlite3.connect(
             self.path, timeout=busy_s, isolation_level=None, check_same_thread=False
         )
-        is_memory = recognise(database, self.path)  # before anything of somebody else's is touched
+        is_old = is_robot_file(database, self.path)  # before a file of another program is changed
         database.execute(f"PRAGMA synchronous = {'FULL' if durable else 'OFF'}")
         database.execute("PRAGMA foreign_keys = ON")
         (mode,) = database.execute("PRAGMA journal_mode = WAL").fetchone()
         if mode != "wal":
-            raise StorageError(f"{self.path}: its file system cannot hold a memory (no WAL)")
-        if is_memory:
+            raise StorageError(
+                f"{self.path}: its file system cannot hold a robot's file (SQLite has no WAL there)"
+            )
+        if is_old:
             migrate(database, self.path)
         else:
-            create(database, robot.hex(), schema)
-            database.execute("PRAGMA wal_checkpoint(TRUNCATE)")  # now the main file says what it is
-        database.execute("BEGIN IMMEDIATE")  # a file that may only be read is told here, not later
-        database.execute("UPDATE memory SET life = life")
+            create_tables(database, robot.hex(), schema)
+            database.execute("PRAGMA wal_checkpoint(TRUNCATE)")  # the main file now has its id
+        # A file that is read only is refused here, and not at the first transaction.
+        database.execute("BEGIN IMMEDIATE")
+        database.execute(f"UPDATE {NAMES.head} SET incarnation = incarnation")
         database.execute("ROLLBACK")
-        checked = check(database, self.path)
-        head, self._damaged = checked.head, checked.damaged
+        report = check_integrity(database, self.path)
+        head, self._damaged = report.head, report.damaged_snapshots
         if head.robot != robot.hex():
             raise StorageError(
-                f"{self.path}: the memory of robot {head.robot[:8]}, not of {robot.hex()[:8]}"
+                f"{self.path}: the file of robot {head.robot[:8]}, not of {robot.hex()[:8]}"
             )
         if head.schema != schema:
-            raise StorageError(f"{self.path}: its genomes are of another schema than the settings'")
+            raise StorageError(f"{self.path}: its genotypes have another schema than the settings'")
 
     def begin_incarnation(self, unix_s: int) -> int:
-        """Return the number of this start, on disk by then: it grows though clocks jump and memories get lost."""
-        with self._transaction() as known:
-            known.head.life = max(known.head.life + 1, unix_s)
-        return known.head.life
+        """Write and return the ordinal of this start of the robot.
+
+        It is above that of every earlier start, even if the clock was set back, and above that of a file that was lost,
+        if the clock was not.
+        """
+        with self._transaction() as state:
+            state.head.incarnation = max(state.head.incarnation + 1, unix_s)
+        return state.head.incarnation
 
     def write(
         self,
@@ -128,127 +128,75 @@ class RobotStore:
         decided: EncounterRecord | None = None,
         decision: Decision | None = None,
     ) -> None:
-        """Write records, each in place of what was known of its encounter, and what was decided about one of them.
+        """Write records, each in place of the former one of its encounter, and the decision about one of them.
 
-        Raises StorageFullError or FatalStorageError, and ValueError for an encounter that was decided about before, or has ended.
+        Raises StorageFullError or FatalStorageError, and ValueError for an encounter that has ended, or is decided.
         """
         if (decided is None) != (decision is None) or (decided and decided not in records):
             raise ValueError("a decision is about one of the records")
-        with self._transaction() as known:
+        with self._transaction() as state:
             for record in records:
-                self._write_record(record, decision if record == decided else None, known)
-
-    def _write_record(
-        self, record: EncounterRecord, decision: Decision | None, known: Known
-    ) -> None:
-        database, head = self._connection, known.head
-        before = known.waiting.pop(record.encounter, None)
-        row = row_of(record)
-        if before is None:
-            known.encounters += 1
-            row |= {"seq": known.encounters, **UNDECIDED}
-        else:
-            head.include(before.pop("digest"))
-            row = before | row
-        if decision is not None:
-            if row["serial"] is not None:
-                raise ValueError("it is decided already whether this encounter has offspring")
-            row |= columns_of(decision) | {"serial": head.serial}
-        if before is not None:
-            digest = update(database, "encounters", before, row)
-        else:
-            try:
-                digest = insert(database, "encounters", row)
-            except sqlite3.IntegrityError:
-                raise ValueError("this encounter has ended already") from None
-        head.include(digest)
-        if record.is_unresolved:
-            known.waiting[record.encounter] = row | {"digest": digest}
+                write_record(
+                    self._connection, state, record, decision if record == decided else None
+                )
 
     def save(self, robot: Mapping[str, Any], events: Sequence[Event], tick: int) -> None:
-        """Write a snapshot of the whole robot, and the events since the last; it and the one before are kept.
+        """Write a snapshot of the whole robot and the events since the last one; the snapshot before it is kept.
 
-        What came after the snapshot that this robot goes on from (a damaged one, and its events) is forgotten.
+        What came after the newest undamaged snapshot (a damaged one, and its events) is deleted. Raises
+        StorageFullError or FatalStorageError.
         """
         file = io.BytesIO()
         write_checkpoint(file, robot)
-        with self._transaction() as known:
-            database, head = self._connection, known.head
-            base = head.base(self._damaged)
-            last = self._events_of(base)
-            for row in list(select(database, "SELECT digest FROM events WHERE seq > ?", last)):
-                head.include(row["digest"])
-            database.execute("DELETE FROM events WHERE seq > ?", (last,))
-            for seq, event in enumerate(events, last + 1):
-                columns = {
-                    "seq": seq,
-                    "tick": event.tick,
-                    "kind": type(event).__name__,
-                    "body": _encode(event),
-                }
-                head.include(insert(database, "events", columns))
-            database.execute("DELETE FROM snapshots WHERE serial <> ?", (base,))
-            snapshot = {
-                "serial": head.serial,
-                "tick": tick,
-                "taken": int(time.time()),
-                "events": last + len(events),
-                "robot": file.getvalue(),
-            }
-            insert(database, "snapshots", snapshot)
-            head.newest, head.older = head.serial, base
+        with self._transaction() as state:
+            base = state.head.base_serial(self._damaged)
+            write_snapshot(self._connection, state.head, base, file.getvalue(), events, tick)
 
     def load(self) -> tuple[dict[str, Any], int] | None:
-        """Return the newest snapshot that is undamaged, and its tick; None in a new memory. Raises StorageError."""
-        with named_errors(self.path):
-            head = head_of(self._connection)
+        """Return the robot of the newest undamaged snapshot and its tick, or None if there is no snapshot.
+
+        Raises StorageError.
+        """
+        with storage_errors(self.path):
+            head = read_head(self._connection)
             for serial in (head.newest, head.older):
                 if serial and serial not in self._damaged:
                     try:
-                        saved, row = snapshot_of(self._connection, serial)
+                        saved, row = read_snapshot(self._connection, serial)
                     except CheckpointError:
                         self._damaged |= {serial}
                     else:
                         return saved, int(row["tick"])
         if head.newest:
-            raise StorageError(f"{self.path}: corrupt: no snapshot can be understood")
+            raise StorageError(f"{self.path}: corrupt: no snapshot can be read")
         return None
 
     def decisions_since(self) -> list[tuple[EncounterRecord, Decision]]:
-        """Return the matings decided after the newest undamaged snapshot, in order: it does not know of them."""
-        query = "SELECT * FROM encounters WHERE serial > ? ORDER BY serial"
-        decisions = []
-        with named_errors(self.path):
-            for row in select(self._connection, query, self._base):
-                decision = decision_of(row)
-                assert decision is not None, "a row with a serial holds a decision"
-                decisions.append((record_of(row), decision))
-        return decisions
+        """Return the matings that were decided after the newest undamaged snapshot, in order; raises StorageError."""
+        with storage_errors(self.path):
+            base = read_head(self._connection).base_serial(self._damaged)
+            return read_decisions(self._connection, base)
 
     def open_records(self) -> list[EncounterRecord]:
-        """Return the encounters that wait for their partner, oldest first."""
-        with named_errors(self.path):
-            return [record_of(row) for row in select(self._connection, WAITING)]
+        """Return the encounters that wait for their partner, oldest first; raises StorageError."""
+        with storage_errors(self.path):
+            return read_open_records(self._connection)
 
     def marks(self) -> dict[RobotId, tuple[tuple[int, int], bool]]:
-        """Return, of every initiator, its last encounter that this robot was prepared for, and whether it mated."""
-        query = """
-            SELECT initiator, life, count, state FROM encounters WHERE role = 'responder'
-            ORDER BY life, count
+        """Return the last encounter that each initiator proposed to this robot, and whether it was a mating.
+
+        An encounter is given by the initiator's incarnation and its count. Raises StorageError.
         """
-        with named_errors(self.path):
-            return {
-                bytes.fromhex(initiator): ((incarnation, count), state == "mated")
-                for initiator, incarnation, count, state in self._connection.execute(query)
-            }
+        with storage_errors(self.path):
+            return read_marks(self._connection)
 
     def close(self) -> None:
-        """Let the file go, as one that can be copied and read anywhere."""
+        """Close the file, as a single one that can be copied and read anywhere, and release its lock."""
         if self._database is not None:
-            if not self._is_broken:
-                with contextlib.suppress(sqlite3.Error):  # somebody reads it, or the disk is full
-                    self._database.execute("PRAGMA journal_mode = DELETE")
-            self._database.close()
+            if self._is_broken:
+                self._database.close()
+            else:
+                close_as_one_file(self._database)
             self._database = None
         if self._lock is not None:
             os.close(self._lock)
@@ -256,48 +204,37 @@ class RobotStore:
 
     @property
     def _connection(self) -> sqlite3.Connection:
-        assert self._database is not None, "the memory is closed"
+        assert self._database is not None, "the file is closed"
         return self._database
 
-    @property
-    def _base(self) -> int:
-        """The serial of the snapshot that this robot goes on from, or 0."""
-        return head_of(self._connection).base(self._damaged)
-
-    def _events_of(self, serial: int) -> int:
-        """Return how many events there were at a snapshot."""
-        query = "SELECT events FROM snapshots WHERE serial = ?"
-        row = self._connection.execute(query, (serial,)).fetchone()
-        return int(row[0]) if row else 0
-
     @contextlib.contextmanager
-    def _transaction(self) -> Iterator[Known]:
-        """Write all of it or nothing; what is yielded is to be brought up to date with what is written."""
+    def _transaction(self) -> Iterator[StoreState]:
+        """Write all of the block or nothing; the block updates the state that is yielded with what it writes."""
         if self._is_broken:
-            raise FatalStorageError(f"{self.path}: broken before; begin again from the disk")
-        # Until all is on the disk, nothing else is known for sure, even after a Ctrl-C in the middle.
-        known, self._known = self._known, None
+            raise FatalStorageError(f"{self.path}: failed before; start again from the disk")
+        # Until all is on the disk, nothing is known for sure, even after a Ctrl-C in the middle.
+        state, self._state = self._state, None
         try:
             self._connection.execute("BEGIN IMMEDIATE")
-            if known is None:
-                known = known_of(self._connection)
-            known.head.serial += 1
-            yield known
-            put(self._connection, "memory", vars(known.head))
+            if state is None:
+                state = read_state(self._connection)
+            state.head.serial += 1
+            yield state
+            insert_or_replace(self._connection, NAMES.head, vars(state.head))
             self._connection.execute("COMMIT")
-            self._known = known
-        except (sqlite3.Error, UnicodeDecodeError) as error:  # see named_errors
+            self._state = state
+        except (sqlite3.Error, UnicodeDecodeError) as error:  # as in storage_errors
             self._fail(error)
         except BaseException:
             self._roll_back()
             raise
 
     def _fail(self, error: Exception) -> NoReturn:
-        """Go back to what was, if that is certain, and say which it is.
+        """Roll back, and raise StorageFullError if nothing was certainly written, FatalStorageError otherwise.
 
         A transaction counts from its last page in the log on. If there was no room for that page, or it could not be
-        written (SQLite calls a quota and a limit on file sizes so), the transaction is not there. After any other
-        error, of a sync above all, it may be or not, and what the system keeps in its cache proves nothing.
+        written (so SQLite reports a quota and a limit on file sizes), the transaction is not there. After any other
+        error, above all of a sync, it may be there or not, and what the system keeps in its cache proves nothing.
         """
         self._roll_back()
         is_certain = (
@@ -315,26 +252,3 @@ class RobotStore:
                 self._connection.execute("ROLLBACK")
         except sqlite3.Error:
             self._is_broken = True
-
-
-def _lock(path: Path) -> int:
-    """Keep other processes out, by a file beside the memory: SQLite's own locks let them take turns."""
-    side = path.with_name(path.name + ".lock")
-    try:
-        lock = os.open(side, os.O_RDWR | os.O_CREAT, 0o644)
-    except OSError as error:
-        raise StorageError(f"{path}: cannot be written: {error.strerror}") from None
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        holder = os.pread(lock, 20, 0).decode("ascii", "replace").strip()
-        os.close(lock)
-        is_taken = isinstance(error, BlockingIOError)
-        reason = f"cannot be locked: {error.strerror}"
-        if is_taken:
-            reason = f"in use by another process{f' ({holder})' if holder else ''}"
-        raise StorageError(f"{path}: {reason}") from None
-    with contextlib.suppress(OSError):  # who it is helps a person; on a full disk it stays unsaid
-        os.ftruncate(lock, 0)
-        os.pwrite(lock, f"pid {os.getpid()}\n".encode(), 0)
-    return lock

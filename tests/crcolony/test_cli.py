@@ -1,164 +1,22 @@
-"""The command as a user meets it: real processes, what they print, how they end, what they leave behind."""
+"""The command line ends with the exit code that fits, and never with a traceback for wrong input."""
 
-import json
-import os
-import resource
-import select
-import signal
+import argparse
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 
-from tests.support.paths import PYTHONPATH
-from tests.support.small_colony import SMALL
-
-FAST = ["--generations", "3", *(word for setting in SMALL for word in ("--set", setting))]
-
-
-def command(*words: str | Path) -> list[str]:
-    return [sys.executable, "-m", "crcolony", *map(str, words)]
-
-
-def crcolony(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": PYTHONPATH}
-    return subprocess.run(
-        command(*words), capture_output=True, text=True, timeout=200, cwd=cwd, env=environment
-    )
-
-
-def start(*words: str | Path) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        command(*words), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-
-
-def wait_for_line(process: subprocess.Popen[str], word: str) -> None:
-    assert process.stdout is not None
-    for line in process.stdout:
-        if word in line:
-            return
-    raise AssertionError(f"the process ended without saying {word}: {process.communicate()[1]}")
-
-
-def hash_of(output: str) -> str:
-    return output.strip().splitlines()[-1].removeprefix("history hash: ")
-
-
-def test_evolve_ends_with_the_history_hash_and_leaves_a_results_folder(tmp_path: Path) -> None:
-    """Plain lines without a terminal, exit code 0, and config, history, table, plots and checkpoint in the folder."""
-    done = crcolony("evolve", *FAST, "--out", tmp_path / "run")
-    assert done.returncode == 0, done.stderr
-    assert done.stderr == ""
-    lines = done.stdout.splitlines()
-    assert lines[-1].startswith("history hash: ")
-    assert any(line.startswith("generation 3: matings ") for line in lines)
-    assert "\x1b" not in done.stdout
-    assert sorted(path.name for path in (tmp_path / "run").iterdir()) == [
-        "checkpoint.npz",
-        "config.toml",
-        "generations.csv",
-        "history.sqlite",
-        "plots",
-        "run.json",
-    ]
-    plots = ["generations.png", "meta_parameters.png", "potentials.png"]
-    assert sorted(path.name for path in (tmp_path / "run" / "plots").iterdir()) == plots
-
-
-def test_two_processes_live_the_same_history(tmp_path: Path) -> None:
-    """The same seed gives the same hash in every process, another seed another."""
-    hashes = [
-        hash_of(crcolony("evolve", *FAST, "--seed", seed, "--out", tmp_path / name).stdout)
-        for name, seed in (("a", "3"), ("b", "3"), ("c", "4"))
-    ]
-    assert hashes[0] == hashes[1] != hashes[2]
-
-
-def test_without_out_runs_are_numbered(tmp_path: Path) -> None:
-    """The first goes into runs/1, the next into runs/2."""
-    for number in ("1", "2"):
-        done = crcolony("evolve", *FAST, "--generations", "1", cwd=tmp_path)
-        assert f"into runs/{number}" in done.stdout
-    assert sorted(path.name for path in (tmp_path / "runs").iterdir()) == ["1", "2"]
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_run_that_is_told_to_stop_writes_everything_and_can_go_on(
-    tmp_path: Path, number: signal.Signals
-) -> None:
-    """Ctrl-C or SIGTERM: exit code 0, the hash is said, and the resumed run ends like an undisturbed one."""
-    words = ("evolve", *FAST, "--set", "life.agents=60", "--generations", "40", "--out")
-    process = start(*words, tmp_path / "run")
-    wait_for_line(process, "generation 1:")
-    process.send_signal(number)
-    output, errors = process.communicate(timeout=60)
-    assert (process.returncode, errors) == (0, "")
-    assert "go on with: python -m crcolony evolve --resume --out" in output
-    message = json.loads((tmp_path / "run" / "run.json").read_text())
-    assert message["status"] == "stopped"
-    assert message["history_hash"] == hash_of(output)
-    resumed = crcolony("evolve", "--resume", "--out", tmp_path / "run")
-    whole = crcolony(*words, tmp_path / "whole")
-    assert hash_of(resumed.stdout) == hash_of(whole.stdout)
-    assert json.loads((tmp_path / "run" / "run.json").read_text())["status"] == "done"
-
-
-def test_a_killed_run_goes_on_from_its_last_checkpoint(tmp_path: Path) -> None:
-    """After kill -9 the resumed run ends like an undisturbed one."""
-    words = ("evolve", *FAST, "--set", "life.agents=60", "--generations", "6", "--out")
-    process = start(*words, tmp_path / "run")
-    wait_for_line(process, "generation 1:")
-    process.kill()
-    process.communicate(timeout=60)
-    resumed = crcolony("evolve", "--resume", "--out", tmp_path / "run")
-    whole = crcolony(*words, tmp_path / "whole")
-    assert hash_of(resumed.stdout) == hash_of(whole.stdout)
-
-
-def test_minutes_end_an_endless_run(tmp_path: Path) -> None:
-    """--generations 0 has no last generation, --minutes ends it."""
-    done = crcolony(
-        "evolve", *FAST, "--generations", "0", "--minutes", "0.01", "--out", tmp_path / "run"
-    )
-    assert done.returncode == 0, done.stderr
-    assert "until Ctrl-C" in done.stdout
-    assert "stopped in generation" in done.stdout
-
-
-def test_a_terminal_sees_a_live_display(tmp_path: Path) -> None:
-    """On a real pseudo-terminal generation, matings, batteries, energy and speed are drawn, and Ctrl-C ends it."""
-    leader, follower = os.openpty()
-    process = subprocess.Popen(
-        command("evolve", *FAST, "--generations", "0", "--out", tmp_path / "run"),
-        stdin=follower,
-        stdout=follower,
-        stderr=follower,
-        env={**os.environ, "TERM": "xterm", "COLUMNS": "100", "LINES": "30"},
-    )
-    os.close(follower)
-    seen = b""
-    deadline_s = time.monotonic() + 120.0
-    asked = False
-    while time.monotonic() < deadline_s:
-        if not select.select([leader], [], [], 1.0)[0]:
-            continue
-        try:
-            piece = os.read(leader, 65536)
-        except OSError:  # the other end is closed
-            break
-        seen += piece
-        if b"starved" in seen and not asked:
-            asked = True
-            process.send_signal(signal.SIGINT)
-    assert process.wait(timeout=60) == 0
-    os.close(leader)
-    for word in (b"generation", b"matings", b"batteries", b"energy", b"robot-steps/s", b"hash"):
-        assert word in seen
-    assert b"Traceback" not in seen
-
+import crcolony.cli as cli
+from crcolony.cli import main
+from crcolony.errors import (
+    EXIT_FATAL,
+    EXIT_INTERRUPTED,
+    EXIT_WRONG_INPUT,
+    CrcolonyError,
+    FatalStorageError,
+)
+from tests.support.command_line import FAST, command, run_command
 
 WRONG = [
     ("evolve", "--robots", "x"),
@@ -193,47 +51,15 @@ WRONG = [
 def test_wrong_input_is_one_line_exit_code_2_and_leaves_nothing(
     tmp_path: Path, words: tuple[str, ...]
 ) -> None:
-    """No traceback, nothing on standard output but perhaps a word on compiling, nothing written."""
-    done = crcolony(*words, cwd=tmp_path)
+    """No traceback, nothing on standard output but perhaps a notice on compiling, nothing written."""
+    done = run_command(*words, cwd=tmp_path)
     assert done.returncode == 2
     assert done.stderr.startswith("crcolony")
     assert len(done.stderr.strip().splitlines()) == 1
     assert not list(tmp_path.iterdir())
 
 
-def test_check_says_whether_a_config_is_good(tmp_path: Path) -> None:
-    """A good file, and one with a slip in it."""
-    path = tmp_path / "my.toml"
-    path.write_text("robots = 6\n")
-    assert crcolony("check", path).stdout == f"{path}: good\n"
-    path.write_text("robotts = 6\n")
-    done = crcolony("check", path)
-    assert done.returncode == 2
-    assert done.stderr == f"crcolony: {path}: robotts: there is no such setting\n"
-
-
-def test_a_full_disk_stops_a_run_with_a_word_and_loses_nothing(tmp_path: Path) -> None:
-    """With no room for the history to grow (a limit on the size of files, as a full disk) the run can go on later."""
-    limit = 3_000_000
-    words = [*FAST, "--set", "learning.tilings=2", "--generations", "0", "--out", "run"]
-    environment = {**os.environ, "PYTHONPATH": PYTHONPATH}
-    full = subprocess.run(
-        command("evolve", *words),
-        capture_output=True,
-        text=True,
-        timeout=200,
-        cwd=tmp_path,
-        env=environment,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
-    )
-    assert full.returncode == 2
-    assert full.stderr.startswith("crcolony: run: cannot be written: ")
-    assert len(full.stderr.strip().splitlines()) == 1
-    resumed = crcolony("evolve", "--resume", "--out", "run", "--minutes", "0.01", cwd=tmp_path)
-    assert resumed.returncode == 0, resumed.stderr
-
-
-def test_help_answers_without_loading_the_heavy_parts() -> None:
+def test_help_imports_no_heavy_module() -> None:
     """numpy, numba and pymunk are imported only when a command needs them."""
     done = subprocess.run(
         [sys.executable, "-X", "importtime", "-m", "crcolony", "--help"],
@@ -256,3 +82,52 @@ def test_an_unread_output_ends_the_run_quietly(tmp_path: Path) -> None:
         timeout=200,
     )
     assert done.stderr == ""
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "line"),
+    [
+        (CrcolonyError("a file is wrong"), EXIT_WRONG_INPUT, "crcolony: a file is wrong"),
+        (ImportError("a package is missing"), EXIT_WRONG_INPUT, "crcolony: a package is missing"),
+        (FatalStorageError("a disk failed"), EXIT_FATAL, "crcolony: a disk failed"),
+        (KeyboardInterrupt(), EXIT_INTERRUPTED, "crcolony: interrupted"),
+    ],
+)
+def test_every_family_of_errors_has_its_exit_code(
+    error: BaseException,
+    code: int,
+    line: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It is printed in one line; any other error is a bug, and is raised."""
+
+    def fail(_: argparse.Namespace) -> int:
+        raise error
+
+    monkeypatch.setattr("crcolony.commands.check._check", fail)
+    assert main(["check", "file"]) == code
+    assert capsys.readouterr().err == f"{line}\n"
+
+
+def test_a_bug_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It ends with a traceback."""
+
+    def fail(_: argparse.Namespace) -> int:
+        raise RuntimeError("a bug")
+
+    monkeypatch.setattr("crcolony.commands.check._check", fail)
+    with pytest.raises(RuntimeError, match="a bug"):
+        main(["check", "file"])
+
+
+def test_every_command_has_a_help(capsys: pytest.CaptureFixture[str]) -> None:
+    """It says what the command does, and every option has a text."""
+    parser = cli._parser()
+    (commands,) = (a for a in parser._actions if isinstance(a, argparse._SubParsersAction))
+    assert len(commands.choices) == 16
+    for name, command_parser in commands.choices.items():
+        with pytest.raises(SystemExit):
+            main([name, "--help"])
+        assert command_parser.description in " ".join(capsys.readouterr().out.split())
+        assert all(action.help for action in command_parser._actions), name

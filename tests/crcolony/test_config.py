@@ -1,4 +1,4 @@
-"""A config is checked whole before anything runs, and what is wrong is said by file, key and reason."""
+"""A config is checked as a whole before anything runs, and an error names file, key and reason."""
 
 from pathlib import Path
 
@@ -32,8 +32,8 @@ def test_a_config_written_and_read_is_the_same(tmp_path: Path) -> None:
     assert load(path) == config
 
 
-def test_settings_stand_above_the_file_and_the_last_one_counts(tmp_path: Path) -> None:
-    """A file sets, --set sets over it."""
+def test_settings_take_precedence_over_the_file_and_the_last_one_counts(tmp_path: Path) -> None:
+    """The same key in the file and twice with --set."""
     path = tmp_path / "config.toml"
     path.write_text("robots = 5\n[life]\nagents = 6\n")
     config = load(path, ["life.agents=7", "life.agents=8"])
@@ -41,7 +41,7 @@ def test_settings_stand_above_the_file_and_the_last_one_counts(tmp_path: Path) -
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "reason"),
     [
         ("robotts = 4", "robotts: there is no such setting"),
         ("[life]\nagent = 4", "life.agent: there is no such setting"),
@@ -70,7 +70,7 @@ def test_settings_stand_above_the_file_and_the_last_one_counts(tmp_path: Path) -
         ("robots = 1\nrobots = 2", "not TOML"),
     ],
 )
-def test_what_is_wrong_is_said_in_one_line(tmp_path: Path, text: str, said: str) -> None:
+def test_an_error_is_one_line(tmp_path: Path, text: str, reason: str) -> None:
     """The message begins with the file, and names key and reason."""
     path = tmp_path / "my.toml"
     path.write_text(text)
@@ -78,22 +78,22 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path: Path, text: str, said: str)
         load(path)
     message = str(caught.value)
     assert message.startswith(f"{path}: ")
-    assert said in message
+    assert reason in message
     assert "\n" not in message
 
 
 @pytest.mark.parametrize(
     "setting", ["", "=", "=3", "robots", "robots=4\nseed=2", "life.agents.x=1", "a.b=1"]
 )
-def test_a_wrong_setting_is_said_in_one_line(setting: str) -> None:
-    """So is one that is no setting at all."""
+def test_a_wrong_setting_is_refused_in_one_line(setting: str) -> None:
+    """An unknown key, a wrong value, or a text that is not key=value."""
     with pytest.raises(ConfigError) as caught:
         load(None, ["life.agents=3", setting])
     assert "\n" not in str(caught.value)
 
 
 def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
-    """Missing, a folder, or no text."""
+    """Missing, a folder, or not a text."""
     binary = tmp_path / "binary"
     binary.write_bytes(b"\xff\xfe\x00")
     for path in (tmp_path / "missing.toml", tmp_path, binary):
@@ -102,7 +102,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
 
 
 def test_every_number_has_bounds() -> None:
-    """No setting takes an infinite number, whatever it is called."""
+    """No setting accepts an infinite number."""
 
     def numbers(kind: type, path: str) -> list[str]:
         found = []
@@ -123,6 +123,6 @@ def test_every_number_has_bounds() -> None:
 
 
 @pytest.mark.parametrize("path", sorted(Path("configs").glob("*.toml")), ids=str)
-def test_the_configs_that_come_with_it_are_good(path: Path) -> None:
-    """And each sets something."""
+def test_the_configs_of_the_repository_are_valid(path: Path) -> None:
+    """Each differs from the defaults."""
     assert load(path) != Config()

@@ -1,4 +1,4 @@
-"""A colony that lives through several generations in a moment, for tests."""
+"""A small in-process colony whose generations take a moment, for tests."""
 
 from typing import TypeVar
 
@@ -13,7 +13,7 @@ SMALL = (
     "life.initial_energy=1.0",
     "arena.area_per_robot_m2=0.4",
 )
-"""Crowded and well fed, so that there are matings in every generation."""
+"""Many robots in little space, with much energy, so that there are matings in every generation."""
 
 
 def small(*settings: str) -> Config:
@@ -24,7 +24,7 @@ Kind = TypeVar("Kind", bound=Event)
 
 
 class Recorder:
-    """Keeps every event, and their hash."""
+    """Records every event, and their hash."""
 
     def __init__(self) -> None:
         self.events: list[Event] = []

@@ -1,7 +1,7 @@
-"""The figures of a run, or of many: what they show by generation, and the potentials that evolved.
+"""The figures of one run or of many: quantities by generation, and the potentials that evolved.
 
-arms.py         the runs of some folders, and which of them belong together
-bands.py        the mean over runs, and how sure it is
+conditions.py   the runs of some folders, grouped by their settings
+bands.py        the mean over runs with its 95 % interval
 figures.py      matings, energy, meta-parameters
 potentials.py   the shaping potentials
 style.py        sizes, colours, fonts, files
@@ -13,29 +13,29 @@ from pathlib import Path
 
 from crcolony.results.plots.conditions import Condition, PlotError, read_conditions
 
-__all__ = ["Arm", "PlotError", "draw_conditions", "draw_plots", "read_conditions"]
+__all__ = ["Condition", "PlotError", "draw_conditions", "draw_plots", "read_conditions"]
 
 
 def draw_plots(folder: Path) -> list[Path]:
-    """Draw a run's figures as pictures to look at into `folder/plots`; return the files. Raises PlotError."""
+    """Draw a run's figures into `folder/plots` as PNG files and return their paths; raises PlotError."""
     return draw_conditions(read_conditions([folder]), folder / "plots", ("png",))
 
 
 def draw_conditions(
     conditions: Sequence[Condition], out: Path, formats: Sequence[str]
 ) -> list[Path]:
-    """Draw the figures of some arms into a folder, each in every format (pdf, svg or png); return the files.
+    """Draw the figures of some conditions into a folder, each in every format (pdf, svg or png); return their paths.
 
     Equal runs give equal bytes. Raises PlotError if matplotlib is missing, or a file cannot be read or written.
     """
     if any(find_spec(library) is None for library in ("matplotlib", "scipy")):
         raise PlotError("plots need matplotlib and scipy: pip install 'crcolony[experiments]'")
     from crcolony.results.plots.figures import draw_figures
-    from crcolony.results.plots.style import style, write
+    from crcolony.results.plots.style import style, write_figure
 
     with style():
         return [
-            write(figure, out / f"{name}.{format_}")
+            write_figure(figure, out / f"{name}.{format_}")
             for name, figure in draw_figures(conditions).items()
             for format_ in formats
         ]

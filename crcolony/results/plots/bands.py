@@ -1,4 +1,4 @@
-"""The mean of many runs by generation, and a band that says how sure it is."""
+"""The mean of many runs by generation, and a band around it that shows its uncertainty."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,20 +8,21 @@ import numpy as np
 from crcolony.compiled import FloatArray, IntArray
 
 Table = Mapping[str, FloatArray]
-"""The columns of a run's `generations.csv`, (generations,) each"""
+"""The columns of a run's `generations.csv`, (generations,) each."""
 
-FEWEST = 3
-"""Of fewer runs there is no interval worth the name: of two, Student's t makes 12.7 standard errors."""
+MIN_RUNS = 3
+"""An interval needs at least so many runs: with two, Student's t is 12.7 standard errors."""
 
 _TWO_SIDED_95 = 0.975
+"""The quantile of Student's t for a two-sided interval of 95 %."""
 
 
 @dataclass(frozen=True)
 class Band:
-    """A quantity over the runs of an arm; all arrays are (generations,).
+    """A quantity over the runs of a condition; all arrays are (generations,).
 
-    `low` and `high` are the 95 % interval of the mean (Student's t) if the arm has 3 runs or more, the lesser and the
-    greater of two runs, and the run itself if there is one.
+    `low` and `high` are the 95 % interval of the mean (Student's t) of 3 runs or more, the minimum and maximum of two
+    runs, and the run itself if there is one.
     """
 
     generation: FloatArray
@@ -29,20 +30,23 @@ class Band:
     low: FloatArray
     high: FloatArray
     count: IntArray
-    """How many runs have ended this generation"""
+    """The number of runs that have ended this generation"""
 
 
 def band_of(tables: Sequence[Table], column: str) -> Band:
-    """Return the mean and the band of a column over runs, as far as at least 3 of them go (all of them, of fewer)."""
+    """Return the mean and the band of a column over runs.
+
+    Only generations that at least 3 runs have ended (all runs, if there are fewer) are part of it.
+    """
     generation = np.unique(np.concatenate([table["generation"] for table in tables]))
     values = np.full((len(tables), generation.size), np.nan)
     for row, table in zip(values, tables, strict=True):
         row[np.searchsorted(generation, table["generation"])] = table[column]
     count = np.isfinite(values).sum(axis=0)
-    kept = count >= min(len(tables), FEWEST)
+    kept = count >= min(len(tables), MIN_RUNS)
     values, count = values[:, kept], count[kept]
     mean = values.sum(axis=0, where=np.isfinite(values)) / count
-    if len(tables) < FEWEST:
+    if len(tables) < MIN_RUNS:
         low, high = values.min(axis=0), values.max(axis=0)
     else:
         half = _half_interval(values, count)
@@ -51,7 +55,7 @@ def band_of(tables: Sequence[Table], column: str) -> Band:
 
 
 def _half_interval(values: FloatArray, count: IntArray) -> FloatArray:
-    """Return half the 95 % interval of the mean of what is finite in each column of (runs, generations)."""
+    """Return half the 95 % interval of the mean of the finite values in each column of (runs, generations)."""
     from scipy.special import stdtrit  # as t.ppf of scipy.stats, which takes a second to import
 
     half: FloatArray = (

@@ -1,4 +1,4 @@
-"""The figures by generation: a line for a run, or for the mean of an arm's runs in its band."""
+"""The figures by generation: a line for a run, or for the mean of a condition's runs, in its band."""
 
 from collections.abc import Sequence
 from math import ceil
@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from crcolony.results.generation_summary import quantile_of
-from crcolony.results.plots.bands import FEWEST
+from crcolony.results.generation_summary import quantile_name
+from crcolony.results.plots.bands import MIN_RUNS
 from crcolony.results.plots.conditions import Condition, PlotError
 from crcolony.results.plots.potentials import draw_potentials
 from crcolony.results.plots.style import (
@@ -18,7 +18,7 @@ from crcolony.results.plots.style import (
     LINES,
     PAGE_IN,
     band_look,
-    begin_axes,
+    format_axes,
     new_figure,
 )
 from crcolony.robot.genes import META_PARAMETERS
@@ -34,17 +34,21 @@ _PANELS = {
 }
 _SHARES = ("energy", "starved")
 _SYMBOLS = dict(zip(META_PARAMETERS, ("α", "γ", "λ", "τ", "decay of τ"), strict=True))
-_LETTERS_PER_IN, _HANDLE_LETTERS, _LINE_IN = 14.5, 8, 0.16
-"""How large the text of a legend is, and how wide its pieces of lines are."""
+_CHARACTERS_PER_IN = 14.5
+"""Of a legend's text, on average."""
+_HANDLE_CHARACTERS = 8
+"""The width of the piece of a line beside a legend's text, in characters."""
+_LINE_IN = 0.16
+"""The height of a line of a legend."""
 
 
 def draw_figures(conditions: Sequence[Condition]) -> dict[str, Figure]:
-    """Return the figures of some arms by name; of several runs also `matings` alone, for a column of a paper.
+    """Return the figures of some conditions by name; for several runs also `matings` alone, for a column of a paper.
 
-    Raises PlotError for more arms than can be told apart, or a history that cannot be read.
+    Raises PlotError for more conditions than can be told apart, or a history that cannot be read.
     """
     if len(conditions) > len(LINES):
-        raise PlotError(f"{len(conditions)} settings: a figure can tell {len(LINES)} apart")
+        raise PlotError(f"{len(conditions)} settings: a figure can show {len(LINES)}")
     figures = {} if _is_single(conditions) else {"matings": draw_matings(conditions)}
     return figures | {
         "generations": draw_generations(conditions),
@@ -58,7 +62,7 @@ def draw_matings(conditions: Sequence[Condition]) -> Figure:
     figure = new_figure(COLUMN_IN, 1.9)
     axes = figure.subplots()
     _draw_lines(axes, conditions, "matings")
-    begin_axes(axes)
+    format_axes(axes)
     axes.set_xlabel("generation")
     axes.set_ylabel("matings per agent")
     _add_legend(figure, conditions, caption(conditions))
@@ -66,12 +70,12 @@ def draw_matings(conditions: Sequence[Condition]) -> Figure:
 
 
 def draw_generations(conditions: Sequence[Condition]) -> Figure:
-    """Draw what agents did, and how they fared, by generation."""
+    """Draw the means of what agents did, and of their energy, by generation."""
     figure = new_figure(PAGE_IN, 3.2)
     rows = figure.subplots(2, 3, sharex=True)
     for axes, (column, title) in zip(rows.flat, _PANELS.items(), strict=True):
         _draw_lines(axes, conditions, column)
-        begin_axes(axes, title, top=1.0 if column in _SHARES else 0.0)
+        format_axes(axes, title, top=1.0 if column in _SHARES else 0.0)
     for axes in rows[-1]:
         axes.set_xlabel("generation")
     _add_legend(figure, conditions, caption(conditions))
@@ -79,9 +83,9 @@ def draw_generations(conditions: Sequence[Condition]) -> Figure:
 
 
 def draw_meta_parameters(conditions: Sequence[Condition]) -> Figure:
-    """Draw each module's meta-parameters: of one run the median and the spread over agents, of more the medians.
+    """Draw each module's meta-parameters: for one run the median and the spread over agents, for more the medians.
 
-    The axes reach as far as evolution may take a meta-parameter.
+    The axes show the whole range that evolution may use.
     """
     figure = new_figure(PAGE_IN, 2.9)
     rows = figure.subplots(len(MODULES), len(META_PARAMETERS), sharex=True, sharey="col")
@@ -90,8 +94,8 @@ def draw_meta_parameters(conditions: Sequence[Condition]) -> Figure:
             gene = f"{module.name}.{meta}"
             if _is_single(conditions):
                 _draw_spread(axes, conditions[0], gene)
-            _draw_lines(axes, conditions, quantile_of(gene, 0.5))
-            begin_axes(axes, top=_highest(conditions, meta))
+            _draw_lines(axes, conditions, quantile_name(gene, 0.5))
+            format_axes(axes, top=_highest(conditions, meta))
         axes_row[0].set_ylabel(module.name)
     for meta, top, bottom in zip(META_PARAMETERS, rows[0], rows[-1], strict=True):
         top.set_title(_SYMBOLS[meta])
@@ -105,11 +109,11 @@ def draw_meta_parameters(conditions: Sequence[Condition]) -> Figure:
 
 
 def caption(conditions: Sequence[Condition]) -> str:
-    """Say what lines and bands are; nothing where no arm has several runs."""
+    """Return a caption that explains lines and bands; empty if no condition has several runs."""
     sizes = {len(condition.runs) for condition in conditions}
     if max(sizes) == 1:
         return ""
-    if max(sizes) < FEWEST:
+    if max(sizes) < MIN_RUNS:
         return "Means over runs; bands go from one run to the other"
     if 2 in sizes:
         return (
@@ -120,7 +124,7 @@ def caption(conditions: Sequence[Condition]) -> str:
 
 
 def _is_single(conditions: Sequence[Condition]) -> bool:
-    """Tell whether there is but one run."""
+    """Return whether there is only one run."""
     return sum(len(condition.runs) for condition in conditions) == 1
 
 
@@ -129,7 +133,7 @@ def _draw_lines(axes: Axes, conditions: Sequence[Condition], column: str) -> Non
         band = condition.band(column)
         if len(condition.runs) > 1:
             axes.fill_between(band.generation, band.low, band.high, **band_look(line))
-        dot = "o" if band.generation.size == 1 else ""  # a line of one point is not seen
+        dot = "o" if band.generation.size == 1 else ""  # a line of one point is invisible
         axes.plot(band.generation, band.mean, marker=dot, **line)
 
 
@@ -138,21 +142,21 @@ def _draw_spread(axes: Axes, condition: Condition, gene: str) -> None:
     for low, high in ((0.05, 0.95), (0.25, 0.75)):
         axes.fill_between(
             table["generation"],
-            table[quantile_of(gene, low)],
-            table[quantile_of(gene, high)],
+            table[quantile_name(gene, low)],
+            table[quantile_name(gene, high)],
             **(band_look(LINES[0]) | {"linewidth": 0.0}),
         )
 
 
 def _highest(conditions: Sequence[Condition], meta: str) -> float:
-    """Return how large a meta-parameter can be in any of the arms."""
+    """Return the upper limit of a meta-parameter over all conditions."""
     return max(
         float(getattr(condition.config.heredity, f"highest_{meta}")) for condition in conditions
     )
 
 
 def _add_legend(figure: Figure, conditions: Sequence[Condition], title: str) -> None:
-    """Put a legend on top and make room for it: each arm a line in its band, side by side as far as they fit."""
+    """Add a legend on top and make room for it: each condition's line in its band, side by side if they fit."""
     labels = [condition.label for condition in conditions]
     bands = [Patch(**band_look(line)) for line in LINES]
     lines = [Line2D([], [], **line) for line in LINES]
@@ -160,8 +164,8 @@ def _add_legend(figure: Figure, conditions: Sequence[Condition], title: str) -> 
         (band, line) if len(condition.runs) > 1 else (line,)
         for condition, band, line in zip(conditions, bands, lines, strict=False)
     ]
-    envelopes = int(figure.get_figwidth() * _LETTERS_PER_IN)
-    columns = max(1, envelopes // (max(map(len, labels)) + _HANDLE_LETTERS))
+    characters = int(figure.get_figwidth() * _CHARACTERS_PER_IN)
+    columns = max(1, characters // (max(map(len, labels)) + _HANDLE_CHARACTERS))
     figure.legend(
         handles,
         labels,

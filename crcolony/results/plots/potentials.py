@@ -1,4 +1,4 @@
-"""The potentials that evolved: of one run those of its best agents, of many the mean over all."""
+"""The potentials that evolved: for one run those of its best agents, for many the mean over all agents."""
 
 import sqlite3
 from collections.abc import Sequence
@@ -15,20 +15,25 @@ from matplotlib.ticker import MaxNLocator
 from crcolony.compiled import FloatArray
 from crcolony.config import Config
 from crcolony.learning.features import NormalizedRBF
+from crcolony.results.history_database import HISTORY_DATABASE
 from crcolony.results.plots.conditions import Condition, PlotError, Run
 from crcolony.results.plots.style import COLUMN_IN, new_figure
 from crcolony.robot.genes import agent_schema, decode
 from crcolony.robot.modules import MODULES
+from crcolony.storage.sql import connect_read_only
 
 _BEST = 3
+"""Agents of one run whose potentials are drawn."""
 _POINTS = 61
+"""Of a field, along each axis."""
 _LEVELS = 6
+"""Contour lines of a field, at most."""
 _IMAGE: dict[str, Any] = {"cmap": "cividis", "interpolation": "bilinear"}
 
 
 @dataclass(frozen=True)
 class _Row:
-    """Genes whose potentials are drawn beside each other."""
+    """Genes whose potentials, one for each module, are drawn side by side."""
 
     label: str
     genes: FloatArray
@@ -45,7 +50,7 @@ def draw_potentials(conditions: Sequence[Condition]) -> Figure:
 
 
 def _shaped(conditions: Sequence[Condition]) -> Sequence[Condition]:
-    """Leave out the arms whose potentials are flat, if there are others."""
+    """Leave out the conditions without shaping, whose potentials are flat, unless there are no others."""
     return [
         condition for condition in conditions if condition.config.learning.shaping
     ] or conditions
@@ -72,11 +77,11 @@ def _mean_of(condition: Condition) -> _Row:
 
 
 def _read_agents(run: Run, generation: int) -> list[tuple[FloatArray, int]]:
-    """Return genes and matings of a generation's agents, those that mated most first; raises PlotError."""
-    path = run.folder / "history.sqlite"
+    """Return genes and matings of a generation's agents, most matings first; raises PlotError."""
+    path = run.folder / HISTORY_DATABASE
     size = len(agent_schema(run.config.learning, run.config.heredity).genes)
     try:
-        with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as database:
+        with closing(connect_read_only(path)) as database:
             rows = database.execute(
                 "SELECT births.genes, lives.matings FROM lives JOIN births USING (agent)"
                 " WHERE lives.generation = ? ORDER BY lives.matings DESC, lives.captures DESC, agent",
@@ -91,7 +96,7 @@ def _read_agents(run: Run, generation: int) -> list[tuple[FloatArray, int]]:
 
 
 def _draw(title: str, rows: Sequence[_Row]) -> Figure:
-    """Draw a row of fields for each, under one scale of colours for all fields of a module."""
+    """Draw a row of fields for each entry, with one colour scale for all fields of a module."""
     figure = new_figure(COLUMN_IN, 0.9 + 1.25 * len(rows))
     grid = figure.subplots(len(rows), len(MODULES), squeeze=False, sharex=True, sharey=True)
     fields = [_fields(row) for row in rows]
@@ -113,7 +118,9 @@ def _draw(title: str, rows: Sequence[_Row]) -> Figure:
     for row, axes in zip(rows, grid[:, 0], strict=True):
         axes.set_title(row.label)
         axes.set_ylabel("distance (m)")
-    corners = [_corner(row.config) for row in rows]  # arms may see differently far
+    corners = [
+        _corner(row.config) for row in rows
+    ]  # conditions may have cameras of different range
     half_deg, range_m = np.max(corners, axis=0)
     axes.set(xlim=(-half_deg, half_deg), ylim=(0.0, range_m))
     figure.suptitle(title, x=0.02, ha="left")
@@ -121,7 +128,7 @@ def _draw(title: str, rows: Sequence[_Row]) -> Figure:
 
 
 def _fields(row: _Row) -> list[FloatArray]:
-    """Return each module's potential, (distances, bearings), over all that its camera sees."""
+    """Return each module's potential, (distances, bearings), over the camera's whole field of view."""
     body, learning = row.config.body, row.config.learning
     corner = np.array([body.camera_range_m, body.camera_half_angle_rad])
     counts = np.array([learning.potential_distances, learning.potential_bearings])
@@ -135,7 +142,7 @@ def _fields(row: _Row) -> list[FloatArray]:
 def _draw_field(
     axes: Axes, field: FloatArray, config: Config, low: float, high: float
 ) -> AxesImage:
-    """Draw a potential as an image with lines of equal height, which need no colours."""
+    """Draw a potential as an image with contour lines, which can be read without colours."""
     half_deg, range_m = _corner(config)
     extent = (-half_deg, half_deg, 0.0, range_m)
     image = axes.imshow(
@@ -143,11 +150,11 @@ def _draw_field(
     )
     levels = np.linspace(low, high, _LEVELS + 2)
     levels = levels[(levels > field.min()) & (levels < field.max())]
-    if levels.size:  # none in a field that is flat beside the others
+    if levels.size:  # a field that is flat has no lines of equal height
         axes.contour(field, levels, extent=extent, colors="white", linewidths=0.4)
     return image
 
 
 def _corner(config: Config) -> tuple[float, float]:
-    """Return how far to a side (degrees) and how far away (m) a camera sees."""
+    """Return the half angle (degrees) and the range (m) of a camera."""
     return float(np.degrees(config.body.camera_half_angle_rad)), config.body.camera_range_m

@@ -1,4 +1,4 @@
-"""How figures look on paper, and how they become files."""
+"""The look of figures on paper, and how they are written to files."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -15,8 +15,10 @@ from matplotlib.ticker import MaxNLocator
 from crcolony.results.plots.conditions import PlotError
 from crcolony.storage.files import replace_file
 
-COLUMN_IN, PAGE_IN = 3.4, 7.0
-"""The width of a column of a paper, and that of two."""
+COLUMN_IN = 3.4
+"""The width of a column of a paper."""
+PAGE_IN = 7.0
+"""The width of two columns."""
 
 LINES: tuple[dict[str, Any], ...] = (
     {"color": "#0072b2", "linestyle": "-"},
@@ -26,10 +28,10 @@ LINES: tuple[dict[str, Any], ...] = (
     {"color": "#000000", "linestyle": (0, (8, 2))},
     {"color": "#e69f00", "linestyle": (0, (3, 1, 1, 1, 1, 1))},
 )
-"""Okabe's and Ito's colours, which the colour-blind tell apart; the dashes are for paper without colours."""
+"""The colours of Okabe and Ito, for colour-blind readers too; the dashes are for print without colours."""
 
 _ROOM = 1.04
-"""A line at the top of its axes is seen whole."""
+"""Axes end so much above their highest line, so that it is not cut."""
 
 _STYLE = {
     "font.size": 8,
@@ -59,7 +61,7 @@ _STYLE = {
     "svg.hashsalt": "crcolony",
     "savefig.dpi": 250,
 }
-_UNDATED: dict[str, dict[str, Any]] = {
+_METADATA: dict[str, dict[str, Any]] = {
     "pdf": {"CreationDate": None},
     "svg": {"Date": None},
     "png": {},
@@ -68,18 +70,18 @@ _UNDATED: dict[str, dict[str, Any]] = {
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Figures drawn and written within look the same on every machine, whatever its own settings of matplotlib."""
+    """Make figures drawn and written inside the block look the same whatever the user's matplotlib settings."""
     with matplotlib.style.context(["default", _STYLE]):
         yield
 
 
 def new_figure(width_in: float, height_in: float) -> Figure:
-    """Return an empty figure whose parts make room for each other."""
+    """Return an empty figure with constrained layout."""
     return Figure(figsize=(width_in, height_in), layout="constrained")
 
 
 def band_look(line: Mapping[str, Any]) -> dict[str, Any]:
-    """Return how the band around a line looks: pale, between thin edges of the line's own dashes."""
+    """Return the style of the band around a line: pale, with thin edges in the line's own dashes."""
     return {
         "facecolor": to_rgba(line["color"], 0.18),
         "edgecolor": to_rgba(line["color"], 0.6),
@@ -88,21 +90,21 @@ def band_look(line: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def begin_axes(axes: Axes, title: str = "", top: float = 0.0) -> None:
-    """Make axes begin at 0 and end above all that is drawn in them, or above `top`, the most that there can be."""
+def format_axes(axes: Axes, title: str = "", top: float = 0.0) -> None:
+    """Set title, ticks and limits of axes: from 0 to just above the highest value, or above `top` if it is given."""
     axes.set_title(title)
     axes.set_ylim(0.0, _ROOM * (top or axes.dataLim.y1) or 1.0)
     axes.xaxis.set_major_locator(MaxNLocator(4, integer=True, min_n_ticks=1))
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
 
 
-def write(figure: Figure, path: Path) -> Path:
-    """Write a figure whole or not at all, in the format of the name's ending; return its path. Raises PlotError."""
+def write_figure(figure: Figure, path: Path) -> Path:
+    """Write a figure as a whole or not at all, in the format of its suffix; return the path. Raises PlotError."""
     format_ = path.suffix.removeprefix(".")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         replace_file(
-            path, lambda file: figure.savefig(file, format=format_, metadata=_UNDATED[format_])
+            path, lambda file: figure.savefig(file, format=format_, metadata=_METADATA[format_])
         )
     except OSError as error:
         raise PlotError(f"{path}: cannot be written: {error.strerror}") from None

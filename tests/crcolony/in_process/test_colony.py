@@ -1,4 +1,4 @@
-"""An embedded colony lives the same history however it is run, and every event in it is true."""
+"""An in-process colony has the same history however it is run, and every event in it is true."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from tests.support.small_colony import Recorder, history, live, new_colony, smal
 
 
 def test_the_same_seed_gives_the_same_history_and_another_seed_another() -> None:
-    """The hash over all events says so."""
+    """Histories are compared by the hash over all events."""
     assert history("seed=5") == history("seed=5")
     assert history("seed=5") != history("seed=6")
 
@@ -35,7 +35,7 @@ def test_the_same_seed_gives_the_same_history_and_another_seed_another() -> None
     ids=lambda settings: settings[0] if settings else "default",
 )
 def test_saving_and_restoring_mid_lifetime_changes_nothing(settings: tuple[str, ...]) -> None:
-    """A colony restored into a new one at an odd moment goes on to the same history, bit for bit."""
+    """A colony restored into a new one at an arbitrary tick continues with the same history, bit for bit."""
     whole, expected = new_colony(*settings)
     whole.start()
     whole.run(777)
@@ -50,8 +50,8 @@ def test_saving_and_restoring_mid_lifetime_changes_nothing(settings: tuple[str, 
     assert np.array_equal(whole.arena.world.poses, other.arena.world.poses)
 
 
-def test_a_saved_colony_is_a_copy_that_its_owner_does_not_change() -> None:
-    """Living on leaves it as it was, so that one can go back to it."""
+def test_a_saved_colony_is_a_copy_that_does_not_change() -> None:
+    """A colony that continues can be restored to it."""
     colony, _ = new_colony()
     colony.start()
     colony.run(100)
@@ -78,7 +78,7 @@ def test_a_saved_colony_of_other_settings_is_refused() -> None:
 
 
 def test_every_mating_is_between_two_robots_that_face_each_other_in_range() -> None:
-    """In the tick of the event, both see the other ahead, both beacons are on, and both are told the same nonce."""
+    """In the tick of the event, both see the other ahead, both beacons are on, and both receive the same nonce."""
     colony, recorder = new_colony()
     colony.start()
     seen = 0
@@ -130,8 +130,8 @@ def test_the_recorded_genes_are_those_of_the_agents() -> None:
         assert genotype_digest(colony.schema, genes) == birth.genotype
 
 
-def test_population_and_books_stay_whole() -> None:
-    """Each robot has as many agents in every generation, each lives once, and lives and matings agree."""
+def test_no_agent_and_no_mating_is_lost() -> None:
+    """Each robot has as many agents in every generation, each has one lifetime, and lifetimes and matings agree."""
     colony, recorder = new_colony()
     colony.start()
     live(colony, 3)
@@ -152,8 +152,8 @@ def test_population_and_books_stay_whole() -> None:
         assert 0.0 < life.energy <= 1.0
 
 
-def test_the_hungry_die_once_and_mate_no_more() -> None:
-    """Where there is nothing to eat all starve in their first slice, and the colony goes on."""
+def test_agents_that_starve_die_once_and_mate_no_more() -> None:
+    """Without enough batteries all starve in their first slice, and the colony continues."""
     settings = ("arena.packs=1", "life.initial_energy=0.05", "arena.pack_charge=0.0001")
     colony, recorder = new_colony(*settings)
     colony.start()
@@ -163,34 +163,6 @@ def test_the_hungry_die_once_and_mate_no_more() -> None:
     for mated in recorder.all(Mated):
         assert mated.tick <= deaths[mated.agent]
         assert mated.tick <= deaths[mated.partner]
-
-
-def test_only_central_selection_crosses_the_borders_of_a_subpopulation() -> None:
-    """With it mothers come from any robot; without it never."""
-    crossed = {}
-    for selection in ("implicit", "central"):
-        colony, recorder = new_colony(f"selection={selection}", "life.agents=8")
-        colony.start()
-        live(colony, 2)
-        children = [b for b in recorder.all(Born) if b.mother is not None]
-        crossed[selection] = any(
-            not b.mother.startswith(f"{b.robot}/") for b in children if b.mother
-        )
-    assert crossed == {"implicit": False, "central": True}
-
-
-def test_central_selection_breeds_from_those_that_mated() -> None:
-    """Roulette on matings gives no child to an agent that had none, as long as anybody had."""
-    colony, recorder = new_colony("selection=central")
-    colony.start()
-    live(colony, 3)
-    matings = {life.agent: life.matings for life in recorder.all(Lived)}
-    children = [b for b in recorder.all(Born) if b.generation > 0]
-    assert children
-    for child in children:
-        for parent in (child.mother, child.father):
-            assert parent is not None
-            assert matings[parent] > 0
 
 
 def test_conception_is_more_likely_with_more_energy() -> None:

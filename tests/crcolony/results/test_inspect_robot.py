@@ -1,4 +1,4 @@
-"""`crcolony inspect` tells what is in a memory, truly, and makes a table of it that a spreadsheet reads."""
+"""`crcolony inspect` prints what is in a robot's file, as text or as a table that a spreadsheet reads."""
 
 import csv
 import io
@@ -15,7 +15,7 @@ from crcolony.protocol.encounters import EncounterRecord, EncounterState, Offer,
 from crcolony.protocol.envelope import sign_message
 from crcolony.protocol.identity import Identity
 from crcolony.protocol.mating_messages import Accept, Encounter, Propose, pack_genes
-from crcolony.results.inspect_robot import gene_names, inspect_memory, proof_of
+from crcolony.results.inspect_robot import gene_names, inspect_robot, proof_of
 from crcolony.robot.genes import agent_schema
 from crcolony.storage.rows import Decision
 from crcolony.storage.sql import StorageError
@@ -31,7 +31,7 @@ NONCE, TICK = 9, 40
 def encountered(
     count: int, role: Role = "initiator", state: EncounterState = "mated", colony: str = "colony"
 ) -> EncounterRecord:
-    """Return an encounter with the peer's letter of it."""
+    """Return an encounter with the peer's signed message."""
     own, partner = Offer(f"{ME.id.hex()}/0", GENES), Offer(f"{PEER.id.hex()}/{count}", GENES)
     if role == "initiator":
         encounter = Encounter(ME.id, PEER.id, 1, count)
@@ -58,15 +58,17 @@ def birth(number: int, generation: int, mother: int | None, father: str | None) 
 
 @pytest.fixture
 def stored(tmp_path: Path) -> Path:
-    """Return a memory of two matings (one offspring), a doubt, an abortion, two generations and a pool of one."""
+    """Return a file with two matings, one open and one aborted encounter, two generations, and a pool of one."""
     path = tmp_path / "robot.sqlite"
     store = RobotStore(path, ME.id, DIGEST, durable=False)
     store.begin_incarnation(1)
     for count, conceived in ((1, True), (2, False)):
         record = encountered(count)
         store.write([record], record, decision(conceived))
-    doubt = encountered(3, "responder", "prepared")
-    store.write([doubt, encountered(4, "responder", "aborted"), replace(doubt, orphaned=True)])
+    prepared = encountered(3, "responder", "prepared")
+    store.write(
+        [prepared, encountered(4, "responder", "aborted"), replace(prepared, orphaned=True)]
+    )
     father = f"{PEER.id.hex()}/1"
     child = (np.frombuffer(GENES), f"{ME.id.hex()}/1", father, 7)
     events: list[Event] = [
@@ -80,19 +82,19 @@ def stored(tmp_path: Path) -> Path:
 
 
 def table(capsys: pytest.CaptureFixture[str], stored: Path, name: str) -> list[dict[str, str]]:
-    inspect_memory(stored, name)
+    inspect_robot(stored, name)
     return list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
 
 
-def test_words_tell_whose_memory_it_is_and_how_it_mated(
+def test_the_summary_names_the_robot_and_its_matings(
     stored: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Robot, life, generation, tick, encounters by outcome, matings by partner, pool, doubts, letters and lineage."""
-    inspect_memory(stored, None)
-    message = capsys.readouterr().out
+    """Robot, incarnation, generation, tick, encounters by outcome, matings by partner, pool, messages and lineage."""
+    inspect_robot(stored, None)
+    printed = capsys.readouterr().out
     peer = PEER.id.hex()[:8]
-    for words in (
-        f"memory of robot {ME.id.hex()}",
+    for text in (
+        f"file of robot {ME.id.hex()}",
         "incarnation 1, generation 1, saved ",
         " at tick 55",
         "encounters: 4 (2 mated, 1 prepared, 1 aborted)",
@@ -101,60 +103,60 @@ def test_words_tell_whose_memory_it_is_and_how_it_mated(
         "open encounters: 1",
         f"with {peer} since tick 40: in doubt, orphaned",
         "offspring pool: 1",
-        "partners' letters: 4 of 4 signed for colony colony",
+        "partners' signed messages: 4 of 4 valid for colony colony",
         f"  {ME.id.hex()[:8]}/1 ← {ME.id.hex()[:8]}/0 × {peer}/1",
     ):
-        assert words in message
+        assert text in printed
 
 
-def test_a_new_memory_is_told_in_words(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A robot that has lived through nothing yet has a memory that can be looked at."""
+def test_a_new_file_has_a_summary(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Also when nothing is saved yet."""
     path = tmp_path / "robot.sqlite"
     RobotStore(path, ME.id, DIGEST, durable=False).close()
-    inspect_memory(path, None)
-    message = capsys.readouterr().out
-    assert "nothing saved yet" in message
-    assert "nobody is born yet" in message
+    inspect_robot(path, None)
+    printed = capsys.readouterr().out
+    assert "nothing saved yet" in printed
+    assert "no agent is born yet" in printed
 
 
-def test_the_table_of_matings_names_genes_and_tells_whether_letters_are_genuine(
+def test_the_table_of_matings_names_genes_and_checks_signatures(
     stored: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A row for each encounter, with the offspring's genes in columns of their names."""
     rows = table(capsys, stored, "matings")
     assert [row["state"] for row in rows] == ["mated", "mated", "prepared", "aborted"]
     assert [row["conceived"] for row in rows] == ["1", "0", "", ""]
-    assert {row["letter"] for row in rows} == {"signed"}
+    assert {row["proof"] for row in rows} == {"signed"}
     genes = np.array([float(rows[0][gene.name]) for gene in SCHEMA.genes])
     assert pack_genes(genes) == GENES
     assert rows[1]["mating.tau"] == ""
 
 
-def test_letters_are_judged_by_the_colony_that_the_memory_names(
+def test_signatures_are_checked_for_the_colony_that_the_file_names(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """In words and in the table alike: signed for the reds is as it should be in a memory of the reds."""
+    """In the summary and in the table: a message for the reds is valid in a file of the reds."""
     path = tmp_path / "robot.sqlite"
     store = RobotStore(path, ME.id, DIGEST, durable=False)
     record = encountered(1, colony="reds")
     store.write([record], record, decision(True))
     store.save({"generation": 0, "colony": "reds"}, [], 55)
     store.close()
-    inspect_memory(path, None)
-    assert "partners' letters: 1 of 1 signed for colony reds" in capsys.readouterr().out
+    inspect_robot(path, None)
+    assert "partners' signed messages: 1 of 1 valid for colony reds" in capsys.readouterr().out
     (row,) = table(capsys, path, "matings")
-    assert row["letter"] == "signed"
+    assert row["proof"] == "signed"
 
 
-def test_tables_of_births_lives_and_pool_hold_what_the_memory_holds(
+def test_tables_of_births_lives_and_pool_hold_what_the_file_holds(
     stored: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Every birth with its genes, every life with its figures, every waiting offspring with its parents."""
+    """Every birth with its genes, every lifetime with its numbers, every offspring in the pool with its parents."""
     births = table(capsys, stored, "births")
     assert [row["generation"] for row in births] == ["0", "1"]
     assert births[1]["father"] == f"{PEER.id.hex()}/1"
-    (incarnation,) = table(capsys, stored, "lives")
-    assert (incarnation["steps"], incarnation["energy"], incarnation["captures"], incarnation["matings"]) == (
+    (lifetime,) = table(capsys, stored, "lives")
+    assert (lifetime["steps"], lifetime["energy"], lifetime["captures"], lifetime["matings"]) == (
         "300", "0.25", "4", "2",
     )  # fmt: skip
     (child,) = table(capsys, stored, "pool")
@@ -162,10 +164,10 @@ def test_tables_of_births_lives_and_pool_hold_what_the_memory_holds(
     assert float(child["foraging.alpha"]) == np.frombuffer(GENES)[SCHEMA.index("foraging.alpha")]
 
 
-def test_genes_of_unknown_settings_are_numbered_and_of_a_results_folder_named(
+def test_genes_are_named_after_the_config_that_fits(
     tmp_path: Path,
 ) -> None:
-    """Names come from the built-in config or the config.toml of the folder that `launch` made, if they fit."""
+    """The default config, or config.toml of the results folder; without one that fits genes have no names."""
     config = load(None, ["learning.potential_distances=2"])
     other = agent_schema(config.learning, config.heredity)
     folder = tmp_path / "robots" / "0"
@@ -176,26 +178,39 @@ def test_genes_of_unknown_settings_are_numbered_and_of_a_results_folder_named(
     assert gene_names(path, bytes.fromhex(other.digest)) == [gene.name for gene in other.genes]
 
 
-def test_a_letter_that_does_not_say_what_the_memory_says_is_told() -> None:
-    """Other genes, another agent, or no letter at all are `doctored`; a signature for another colony is `other`."""
+def test_a_message_that_does_not_match_its_record_is_found() -> None:
+    """Other genes, another agent, or no message at all are a `mismatch`; a signature for another colony is `other`."""
     record = encountered(1)
     assert proof_of(record, "colony") == "signed"
     assert proof_of(record, "elsewhere") == "other"
     assert proof_of(encountered(1, colony="elsewhere"), "colony") == "other"
-    other = Offer("somebody/1", GENES)
-    assert proof_of(replace(record, partner=other), "colony") == "doctored"
-    assert proof_of(replace(record, proof=record.proof[:-1]), "colony") == "doctored"
-    assert proof_of(replace(record, proof=encountered(2).proof), "colony") == "doctored"
+    other = Offer("unknown/1", GENES)
+    assert proof_of(replace(record, partner=other), "colony") == "mismatch"
+    assert proof_of(replace(record, proof=record.proof[:-1]), "colony") == "mismatch"
+    assert proof_of(replace(record, proof=encountered(2).proof), "colony") == "mismatch"
 
 
-def test_what_is_no_memory_is_refused_in_one_line(
+def test_a_file_of_another_kind_is_refused_in_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A missing file and a file of something else end with exit code 2 and a line that names the file."""
+    """A missing file and a text end with exit code 2 and a line that names the file."""
     path = tmp_path / "notes.txt"
     with pytest.raises(StorageError, match="no such file"):
-        inspect_memory(path, None)
-    path.write_text("these are not the memories you are looking for")
+        inspect_robot(path, None)
+    path.write_text("these are notes")
     assert main(["inspect", str(path)]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert str(path) in line
+
+
+def test_a_file_of_the_former_name_is_found(
+    stored: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By its present name, and by its former one."""
+    inspect_robot(stored, None)
+    expected = capsys.readouterr().out
+    former = stored.rename(stored.with_name("memory.sqlite"))
+    for path in (stored, former):
+        inspect_robot(path, None)
+        assert capsys.readouterr().out == expected
+    assert not stored.exists()

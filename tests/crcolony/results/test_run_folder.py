@@ -1,64 +1,35 @@
-"""A results folder tells the whole of a run, survives what a disk does to it, and lets the run go on."""
+"""A results folder holds a whole run, survives a disk that fails, and can be resumed."""
 
 import csv
 import json
-import sqlite3
 from pathlib import Path
 
 import msgspec
 import numpy as np
 import pytest
 
-from crcolony.config import Config, ConfigError, load
-from crcolony.evolution.history import Born, Died, Lived, Mated, TurnedOver
-from crcolony.in_process.colony import InProcessColony
-from crcolony.in_process.run import resume_run, run_until_done, start_run
+from crcolony.config import ConfigError, load
+from crcolony.evolution.history import Lived
+from crcolony.in_process.run import resume_run, start_run
+from crcolony.results.history_database import TABLES
 from crcolony.results.run_folder import RunFolder
 from crcolony.storage.files import FolderError
+from tests.support.run_folders import rows_of, run
 from tests.support.small_colony import Recorder, live, new_colony, small
-
-TABLES = {
-    Born: "births",
-    Mated: "matings",
-    Died: "deaths",
-    Lived: "lives",
-    TurnedOver: "turnovers",
-}
-
-
-def run(folder: Path, config: Config, stop_after: int = 10**9) -> RunFolder:
-    """Run a colony until its end, or until it was looked at `stop_after` times."""
-    results, colony = start_run(folder, config)
-    go_on(results, colony, stop_after)
-    return results
-
-
-def go_on(results: RunFolder, colony: InProcessColony, stop_after: int = 10**9) -> None:
-    looks = iter(range(stop_after))
-    run_until_done(results, colony, lambda: next(looks, None) is None, lambda _: None)
-    results.close()
-
-
-def rows_of(folder: Path, table: str) -> list[tuple[object, ...]]:
-    database = sqlite3.connect(folder / "history.sqlite")
-    try:
-        return database.execute(f"SELECT * FROM {table}").fetchall()
-    finally:
-        database.close()
 
 
 def test_a_folder_holds_config_versions_seed_history_and_a_table(tmp_path: Path) -> None:
-    """What is in it is what happened: every event in the database, one row a generation, the config as it was."""
+    """Every event is in the database, each generation has one row, and the config is as it was."""
     config = small("seed=7")
     results = run(tmp_path / "run", config)
     colony, recorder = new_colony("seed=7")
     colony.start()
     live(colony)
     assert load(results.folder / "config.toml") == config
-    message = json.loads((results.folder / "run.json").read_text())
-    assert message["history_hash"] == str(recorder.hash)
-    assert (message["status"], message["generations"], message["seed"]) == ("done", 3, 7)
-    assert message["versions"]["numpy"] == np.__version__
+    described = json.loads((results.folder / "run.json").read_text())
+    assert described["history_hash"] == str(recorder.hash)
+    assert (described["status"], described["generations"], described["seed"]) == ("done", 3, 7)
+    assert described["versions"]["numpy"] == np.__version__
     for kind, table in TABLES.items():
         events = [event for event in recorder.events if type(event) is kind]
         rows = [msgspec.structs.astuple(event) for event in events]
@@ -69,48 +40,6 @@ def test_a_folder_holds_config_versions_seed_history_and_a_table(tmp_path: Path)
     for generation, row in enumerate(table_rows):
         matings = [v.matings for v in recorder.all(Lived) if v.generation == generation]
         assert float(row["matings"]) == pytest.approx(np.mean(matings))
-
-
-def test_a_run_that_was_stopped_and_resumed_is_the_run_that_was_not(tmp_path: Path) -> None:
-    """History hash, database and table are equal to those of an undisturbed run."""
-    config = small("life.agents=40", "generations=2")
-    whole = run(tmp_path / "whole", config)
-    run(tmp_path / "parts", config, stop_after=1)
-    message = json.loads((tmp_path / "parts" / "run.json").read_text())
-    assert message["status"] == "stopped"
-    assert message["generations"] == 0
-    results, colony = resume_run(tmp_path / "parts")
-    assert colony.tick > 0
-    go_on(results, colony)
-    assert str(results.hash) == str(whole.hash)
-    for table in TABLES.values():
-        assert rows_of(results.folder, table) == rows_of(whole.folder, table)
-    name = "generations.csv"
-    assert (results.folder / name).read_bytes() == (whole.folder / name).read_bytes()
-
-
-def test_what_came_after_the_last_checkpoint_is_lived_again(tmp_path: Path) -> None:
-    """A run killed long after its checkpoint goes on from there, and no event stands twice in its history."""
-    config = small()
-    whole = run(tmp_path / "whole", config)
-    folder = tmp_path / "killed"
-    results, colony = start_run(folder, config)
-    for _ in range(2):
-        colony.run(10_000)
-        results.write_generation(colony.summary)
-    results.close()
-    go_on(*resume_run(folder))
-    assert rows_of(folder, "births") == rows_of(whole.folder, "births")
-    name = "generations.csv"
-    assert (folder / name).read_bytes() == (whole.folder / name).read_bytes()
-
-
-def test_a_finished_run_that_is_resumed_stays_as_it_is(tmp_path: Path) -> None:
-    """There is nothing left to do."""
-    whole = run(tmp_path / "run", small())
-    results, colony = resume_run(tmp_path / "run")
-    go_on(results, colony)
-    assert str(results.hash) == str(whole.hash)
 
 
 def test_a_folder_with_something_in_it_is_left_alone(tmp_path: Path) -> None:
@@ -162,7 +91,7 @@ def test_a_row_is_added_whole_or_not_at_all(
 
 
 def test_two_runs_do_not_write_one_folder(tmp_path: Path) -> None:
-    """Whoever comes second is told so."""
+    """The second one is refused."""
     results, _ = start_run(tmp_path / "run", small())
     with pytest.raises(FolderError, match="in use by another run"):
         resume_run(tmp_path / "run")
@@ -195,7 +124,7 @@ def test_a_damaged_checkpoint_is_refused_by_name(tmp_path: Path, damage: str) ->
 
 
 def test_a_checkpoint_without_what_it_needs_is_refused(tmp_path: Path) -> None:
-    """A sound archive of other things is no checkpoint."""
+    """An undamaged archive of other arrays."""
     run(tmp_path / "run", small(), stop_after=1)
     path = tmp_path / "run" / "checkpoint.npz"
     for content in ({"a": np.zeros(3)}, {"rest": np.frombuffer(b"\x80", dtype=np.uint8)}):
@@ -206,7 +135,7 @@ def test_a_checkpoint_without_what_it_needs_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_damaged_database_or_config_is_refused_by_name(tmp_path: Path) -> None:
-    """Each is named with what is wrong."""
+    """Each is named with the reason."""
     run(tmp_path / "run", small(), stop_after=1)
     (tmp_path / "run" / "history.sqlite").write_bytes(b"no database at all" * 100)
     with pytest.raises(FolderError, match=r"history\.sqlite"):
@@ -218,8 +147,8 @@ def test_a_damaged_database_or_config_is_refused_by_name(tmp_path: Path) -> None
         resume_run(tmp_path)
 
 
-def test_a_row_that_a_crash_cut_short_is_forgotten_and_nonsense_is_refused(tmp_path: Path) -> None:
-    """The table of a resumed run holds whole rows only."""
+def test_a_row_that_a_crash_cut_short_is_deleted_and_nonsense_is_refused(tmp_path: Path) -> None:
+    """The table of a resumed run holds only whole rows."""
     folder = tmp_path / "run"
     run(folder, small("life.agents=40"), stop_after=8)
     table = folder / "generations.csv"
@@ -234,29 +163,13 @@ def test_a_row_that_a_crash_cut_short_is_forgotten_and_nonsense_is_refused(tmp_p
         resume_run(folder)
 
 
-def test_a_colony_larger_than_the_machine_is_refused(tmp_path: Path) -> None:
-    """Before anything is made."""
-    with pytest.raises(ConfigError, match="GB of memory"):
-        start_run(tmp_path / "run", load(None, ["robots=10000", "life.agents=1000"]))
-    assert not (tmp_path / "run").exists()
-
-
-def test_a_colony_that_finds_no_place_is_refused(tmp_path: Path) -> None:
-    """A forest of thin pillars leaves room enough, and none for a robot."""
-    steps = range(-7, 8)
-    forest = [[0.16 * i, 0.16 * j, 0.01] for i in steps for j in steps]
-    config = load(None, ["arena.width_m=2.0", f"arena.pillars={forest}"])
-    with pytest.raises(ConfigError, match="no free place"):
-        start_run(tmp_path / "run", config)
-
-
-def test_an_observer_of_events_changes_nothing(tmp_path: Path) -> None:
-    """A recorder and a results folder are told the same history."""
+def test_who_records_events_changes_nothing(tmp_path: Path) -> None:
+    """A recorder and a results folder receive the same history."""
     recorder = Recorder()
     results = RunFolder(tmp_path, small())
-    for take in (recorder, results.add_event):
+    for record in (recorder, results.add_event):
         colony, _ = new_colony()
-        colony._record = take
+        colony._record = record
         colony.start()
         live(colony)
     assert str(recorder.hash) == str(results.hash)

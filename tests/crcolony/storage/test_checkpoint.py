@@ -1,4 +1,4 @@
-"""A checkpoint is read as it was written, and no bytes make it do anything but be read or refused."""
+"""A checkpoint is read as it was written, and damaged bytes are refused."""
 
 from pathlib import Path
 
@@ -43,7 +43,7 @@ def same(one: object, other: object) -> bool:
 
 
 @given(TREES)
-def test_what_is_written_is_read(
+def test_what_is_written_is_read_unchanged(
     tmp_path_factory: pytest.TempPathFactory, tree: dict[str, object]
 ) -> None:
     """Any tree of dicts, lists, numbers, texts and arrays."""
@@ -53,8 +53,8 @@ def test_what_is_written_is_read(
     assert same(read_checkpoint(path), tree)
 
 
-def test_mostly_zero_arrays_take_little_room(tmp_path: Path) -> None:
-    """And come back whole, in their shape; dense ones too."""
+def test_arrays_that_are_mostly_zero_take_little_room(tmp_path: Path) -> None:
+    """They are read in their shape and exactly; dense ones too."""
     sparse = np.zeros((200, 500))
     sparse[::7, ::13] = np.random.default_rng(1).normal(size=sparse[::7, ::13].shape)
     sparse[1, 1] = -0.0
@@ -71,10 +71,10 @@ def test_mostly_zero_arrays_take_little_room(tmp_path: Path) -> None:
 
 
 @given(st.binary(max_size=200), st.integers(0, 10**6), st.integers(1, 255))
-def test_damage_is_an_error_that_is_named_or_no_damage(
+def test_damage_is_refused_or_changes_nothing(
     tmp_path_factory: pytest.TempPathFactory, noise: bytes, place: int, flip: int
 ) -> None:
-    """Random bytes are refused; one changed byte is found by its checksum, or it was in nobody's data."""
+    """Random bytes are refused; one changed byte is found by its checksum, or is not part of the data."""
     path = tmp_path_factory.mktemp("damage") / "checkpoint.npz"
     path.write_bytes(noise)
     with pytest.raises(CheckpointError):

@@ -1,4 +1,4 @@
-"""Whatever a power cut or a failing disk leaves of a memory: a clean earlier state of it, or a refusal in one line."""
+"""Whatever a power cut or a failing disk leaves of a file is a clean earlier state, or is refused in one line."""
 
 import contextlib
 import random
@@ -31,15 +31,15 @@ LOG_HEADER, FRAME = 32, 24 + 4096
 
 @dataclass(frozen=True)
 class Copy:
-    """The files as they were right after a transaction, and every state that was on the disk by then."""
+    """The files right after a transaction, and every state that was on the disk until then."""
 
     main: bytes
     log: bytes
     states: frozenset[Seen]
 
 
-def live(store: RobotStore) -> Iterator[None]:
-    """Do what a robot does to its memory, one transaction after the other."""
+def use(store: RobotStore) -> Iterator[None]:
+    """Do what a robot does with its file, one transaction after the other."""
     store.begin_incarnation(7)
     yield
     for n in range(1, 13):
@@ -60,7 +60,7 @@ def live(store: RobotStore) -> Iterator[None]:
 
 @cache
 def history() -> tuple[Copy, ...]:
-    """Copies after every transaction of a life; the log is moved into the main file now and then, as it always is."""
+    """Return copies after every transaction; the log is moved into the main file now and then, as usual."""
     copies: list[Copy] = []
     states: list[Seen] = []
     with TemporaryDirectory() as folder:
@@ -68,7 +68,7 @@ def history() -> tuple[Copy, ...]:
         store = open_store(path)
         store._connection.execute("PRAGMA wal_autocheckpoint = 35")
         states.append(see(store))
-        for _ in live(store):
+        for _ in use(store):
             states.append(see(store))
             if states[-1].tick is not None:
                 states.append(_without_newest(path, Path(folder) / "old.sqlite"))
@@ -79,12 +79,12 @@ def history() -> tuple[Copy, ...]:
 
 
 def _without_newest(path: Path, other: Path) -> Seen:
-    """Return what the memory looks like when its newest snapshot is lost and there is an older one."""
+    """Return the state of the file if its newest snapshot is lost and there is an older one."""
     files = ((path, other), (_log(path), _log(other)))
     for source, target in files:
         target.write_bytes(source.read_bytes())
     store = open_store(other)
-    newest = "(SELECT newest FROM memory WHERE older > 0)"
+    newest = "(SELECT newest FROM head WHERE older > 0)"
     store._connection.execute(f"UPDATE snapshots SET robot = x'' WHERE serial = {newest}")
     store.close()
     store = open_store(other)
@@ -98,8 +98,8 @@ def _log(path: Path) -> Path:
     return path.with_name(path.name + "-wal")
 
 
-def look(folder: Path, copy: Copy, main: bytes, log: bytes) -> Seen | None:
-    """Open files as they are after damage; return the state that is found, or None if they are refused."""
+def open_damaged(folder: Path, copy: Copy, main: bytes, log: bytes) -> Seen | None:
+    """Open files after damage; return the state that is found, or None if they are refused."""
     path = folder / "robot.sqlite"
     path.write_bytes(main)
     _log(path).write_bytes(log)
@@ -109,18 +109,18 @@ def look(folder: Path, copy: Copy, main: bytes, log: bytes) -> Seen | None:
     except StorageError as refused:
         error = str(refused)
     else:
-        return _go_on(store, copy)
+        return _continue(store, copy)
     assert error.startswith(f"{path}: ")
     assert "\n" not in error
-    with contextlib.suppress(StorageError):  # what cannot be written may still be good to read
+    with contextlib.suppress(StorageError):  # what cannot be written may still be readable
         stored = read_stored_robot(path)
         read = (tuple(stored.matings), tuple(stored.events), stored.tick)
         assert read in {(state.matings, state.events, state.tick) for state in copy.states}
     return None
 
 
-def _go_on(store: RobotStore, copy: Copy) -> Seen:
-    """Return the state that was found, which must be one that was, and is good to go on from."""
+def _continue(store: RobotStore, copy: Copy) -> Seen:
+    """Return the state that is found, which must be one of the earlier ones, and go on from it."""
     seen = see(store)
     assert seen in copy.states
     store.begin_incarnation(9)
@@ -132,46 +132,46 @@ def _go_on(store: RobotStore, copy: Copy) -> Seen:
 
 
 def test_a_log_cut_anywhere_is_a_clean_earlier_state(tmp_path: Path) -> None:
-    """Between two pages or in the middle of one: what was written before is there, whole; or the file is refused."""
+    """Between two pages or in the middle of one: what was written before is there, or the file is refused."""
     for copy in (history()[8], history()[9], history()[-1]):
         found = set()
         for start in range(LOG_HEADER, len(copy.log) + 1, FRAME):
             for size in (start, start - 1, start + 24 + start % 4096):
-                found.add(look(tmp_path, copy, copy.main, copy.log[:size]))
+                found.add(open_damaged(tmp_path, copy, copy.main, copy.log[:size]))
         assert len(found - {None}) > 1
-    assert look(tmp_path, copy, copy.main, copy.log) in copy.states
+    assert open_damaged(tmp_path, copy, copy.main, copy.log) in copy.states
 
 
-def test_before_the_log_is_moved_every_cut_is_a_state_that_was(tmp_path: Path) -> None:
-    """A real power cut takes only what was not synced: all of these open, each at least as far as the one before."""
+def test_before_the_log_is_moved_every_cut_is_an_earlier_state(tmp_path: Path) -> None:
+    """A real power cut loses only what was not synced: all of these open, each at least as far as the one before."""
     copy = history()[7]
     reached = []
     for size in range(LOG_HEADER, len(copy.log) + 1, FRAME):
-        seen = look(tmp_path, copy, copy.main, copy.log[:size])
+        seen = open_damaged(tmp_path, copy, copy.main, copy.log[:size])
         assert seen is not None
         reached.append((len(seen.events), len(seen.matings), len(seen.since)))
     assert reached == sorted(reached, key=lambda far: far[:2])
 
 
 def test_a_main_file_cut_anywhere_is_refused_or_whole(tmp_path: Path) -> None:
-    """As long as the log holds every page it is whole; otherwise it is refused, even when nothing is left."""
+    """While the log holds every page the file is whole; otherwise it is refused, even when nothing is left."""
     for copy in history()[7::8]:
         for start in range(0, len(copy.main), 4096):
             for size in (start, start + 1 + start % 4095):
-                look(tmp_path, copy, copy.main[:size], copy.log)
-        assert look(tmp_path, copy, b"", copy.log) is None
+                open_damaged(tmp_path, copy, copy.main[:size], copy.log)
+        assert open_damaged(tmp_path, copy, b"", copy.log) is None
 
 
 @pytest.mark.parametrize("seed", range(200))
 def test_a_flipped_bit_is_found(tmp_path: Path, seed: int) -> None:
-    """One in the main file and one in the log, anywhere: a state that was, or a refusal."""
+    """One in the main file and one in the log, anywhere: an earlier state is found, or the file is refused."""
     rng = random.Random(seed)
     copy = rng.choice(history())
     assert len(copy.log) > LOG_HEADER
     (tmp_path / "a").mkdir()
     (tmp_path / "b").mkdir()
-    look(tmp_path / "a", copy, _flip(copy.main, rng), copy.log)
-    look(tmp_path / "b", copy, copy.main, _flip(copy.log, rng))
+    open_damaged(tmp_path / "a", copy, _flip(copy.main, rng), copy.log)
+    open_damaged(tmp_path / "b", copy, copy.main, _flip(copy.log, rng))
 
 
 def _flip(content: bytes, rng: random.Random) -> bytes:
@@ -181,14 +181,14 @@ def _flip(content: bytes, rng: random.Random) -> bytes:
     return bytes(flipped)
 
 
-@pytest.mark.parametrize("what", ["begin_incarnation", "write", "save", "forget"])
+@pytest.mark.parametrize("what", ["begin_incarnation", "write", "save", "delete"])
 def test_whichever_write_fails_nothing_is_half_there(tmp_path: Path, what: str) -> None:
-    """With room for one more piece at a time, every write of a transaction is once the one that fails."""
+    """With a little more room each time, every write of a transaction is once the one that fails."""
     path = tmp_path / "robot.sqlite"
     store = open_store(path)
-    for _ in live(store):
+    for _ in use(store):
         pass
-    if what == "forget":
+    if what == "delete":
         store._connection.execute("UPDATE snapshots SET robot = x'' WHERE serial > 12")
     store.close()
     store = open_store(path)
@@ -197,7 +197,7 @@ def test_whichever_write_fails_nothing_is_half_there(tmp_path: Path, what: str) 
         "begin_incarnation": lambda: store.begin_incarnation(50),
         "write": lambda: store.write([record, answered(51)], record, decision(50)),
         "save": lambda: store.save(robot(50), events(50), tick=50),
-        "forget": lambda: store.save(robot(50), events(50), tick=50),
+        "delete": lambda: store.save(robot(50), events(50), tick=50),
     }
     before = see(store), read_stored_robot(path).incarnation
     failures = 0
@@ -211,7 +211,7 @@ def test_whichever_write_fails_nothing_is_half_there(tmp_path: Path, what: str) 
         else:
             break
     else:
-        pytest.fail("it never succeeded")
+        pytest.fail("no attempt succeeded")
     after = see(store), read_stored_robot(path).incarnation
     assert after != before
     assert failures > 4
@@ -221,8 +221,8 @@ def test_whichever_write_fails_nothing_is_half_there(tmp_path: Path, what: str) 
     store.close()
 
 
-def test_a_memory_that_cannot_be_made_can_be_made_later(tmp_path: Path) -> None:
-    """Whichever write of its creation fails it is a refusal in a line, and with more room it succeeds."""
+def test_a_file_that_cannot_be_created_can_be_created_later(tmp_path: Path) -> None:
+    """Whichever write of its creation fails, it is refused in one line, and with more room it succeeds."""
     path = tmp_path / "robot.sqlite"
     failures = 0
     for size in range(0, 20 * FRAME, 1030):

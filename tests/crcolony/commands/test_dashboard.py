@@ -1,0 +1,29 @@
+"""`crcolony dashboard`: show colonies live."""
+
+import shlex
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_line import refusal
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        ("dashboard --port 0", "--port 0: must be from 1 to 65535"),
+        ("dashboard --web-port 65536", "--web-port 65536: must be from 1 to 65535"),
+        ("dashboard --no-recording --out x", "--no-recording cannot be used with --out"),
+        ("dashboard --minutes 0", "--minutes 0: must be above 0"),
+    ],
+)
+def test_wrong_options_are_refused_in_one_line(
+    words: str,
+    line: str,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The line names the option or file, and the reason."""
+    monkeypatch.chdir(tmp_path)
+    assert line in refusal(capsys, *shlex.split(words))

@@ -1,0 +1,26 @@
+"""`crcolony inspect`: print what is in a robot's file."""
+
+import shlex
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_line import refusal
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        ("inspect missing", "missing: not a crcolony robot file: there is no such file"),
+    ],
+)
+def test_wrong_options_are_refused_in_one_line(
+    words: str,
+    line: str,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The line names the option or file, and the reason."""
+    monkeypatch.chdir(tmp_path)
+    assert line in refusal(capsys, *shlex.split(words))

@@ -1,0 +1,44 @@
+"""`crcolony launch`: start an arena and robots, each its own process."""
+
+import shlex
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_line import refusal
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        ("launch -n 0", "-n 0: must be at least 1"),
+        ("launch -n 3 --robots 2", "-n 3: the arena has 2 slots"),
+        ("launch --robots-only --lockstep", "--robots-only: the arena determines the clock"),
+        ("launch --minutes 0", "--minutes 0: must be above 0"),
+        ("launch --set life.agents=0", "life.agents: expected"),
+        ("launch --hz 5 --speed 2", "not allowed with argument --hz"),
+    ],
+)
+def test_wrong_options_are_refused_in_one_line(
+    words: str,
+    line: str,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The line names the option or file, and the reason."""
+    monkeypatch.chdir(tmp_path)
+    assert line in refusal(capsys, *shlex.split(words))
+
+
+def test_a_folder_of_another_colony_is_refused(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """A colony is continued only with its own settings, and never in a folder of something else."""
+    (tmp_path / "config.toml").write_text("robots = 7\n")
+    line = refusal(capsys, "launch", "--out", tmp_path)
+    assert f"{tmp_path}: holds a colony of other settings" in line
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "thesis.tex").touch()
+    line = refusal(capsys, "launch", "--out", tmp_path / "other")
+    assert "not empty; choose another --out" in line

@@ -1,0 +1,81 @@
+"""Options become network settings, a clock, and a config with enough slots."""
+
+import argparse
+
+import pytest
+
+from crcolony.commands.network_options import (
+    add_clock,
+    add_names,
+    add_network,
+    check_names,
+    config_for_robots,
+    network_of,
+    wall_period_s,
+)
+from crcolony.commands.options import UsageError, add_config
+from crcolony.transport.zenoh_session import HERE
+
+A, B = "tcp/10.0.0.1:7447", "tcp/10.0.0.2:7447"
+
+
+def parse(*words: str) -> argparse.Namespace:
+    """Return the options of a command that has them all."""
+    parser = argparse.ArgumentParser()
+    add_config(parser)
+    add_names(parser)
+    add_network(parser)
+    add_clock(parser)
+    parser.add_argument("-n", type=int, default=4)
+    parser.add_argument("--robots", type=int)
+    parser.add_argument("--minutes", type=float)
+    return parser.parse_args(words)
+
+
+@pytest.mark.parametrize(
+    ("words", "listens_here", "role", "connect", "listen"),
+    [
+        ((), True, "peer", (), (HERE,)),
+        ((), False, "peer", (HERE,), ()),
+        (("--connect", A, "--connect", B), False, "peer", (A, B), ()),
+        (("--listen", A), True, "peer", (), (A,)),
+        (("--client",), True, "client", (HERE,), ()),
+        (("--client", "--connect", A), False, "client", (A,), ()),
+        (("--interface", "lo"), True, "peer", (), ()),
+    ],
+)
+def test_options_become_network_settings(
+    words: tuple[str, ...],
+    listens_here: bool,
+    role: str,
+    connect: tuple[str, ...],
+    listen: tuple[str, ...],
+) -> None:
+    """Without any, processes of one machine find each other at its default endpoint."""
+    network = network_of(parse(*words), listens_here)
+    assert (network.role, network.connect, network.listen) == (role, connect, listen)
+
+
+def test_the_clock_is_real_time_unless_another_is_chosen() -> None:
+    """Given as control periods per second, as a multiple of real time, or as lockstep, which has no period."""
+    assert wall_period_s(parse(), 0.1) == 0.1
+    assert wall_period_s(parse("--hz", "20"), 0.1) == 0.05
+    assert wall_period_s(parse("--speed", "4"), 0.1) == 0.025
+    assert wall_period_s(parse("--lockstep"), 0.1) is None
+
+
+@pytest.mark.parametrize("name", ["", "a/b", "a b", "ä", "*", "x" * 65])
+def test_names_that_cannot_be_in_a_key_expression_are_refused(name: str) -> None:
+    """Of colonies and of arenas."""
+    check_names(parse("--colony", "reds_1.a-b", "--arena", "x" * 64))
+    for option in ("--colony", "--arena"):
+        with pytest.raises(UsageError, match=option):
+            check_names(parse(option, name))
+
+
+def test_an_arena_has_a_slot_for_every_robot() -> None:
+    """Without --robots it has as many as robots, and some to spare."""
+    assert config_for_robots(parse("-n", "3"), spare_slots=2).robots == 5
+    assert config_for_robots(parse("-n", "3", "--robots", "4"), spare_slots=2).robots == 4
+    with pytest.raises(UsageError, match="the arena has 2 slots"):
+        config_for_robots(parse("-n", "3", "--robots", "2"), spare_slots=2)

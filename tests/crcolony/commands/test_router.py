@@ -1,0 +1,43 @@
+"""`crcolony router`: run a Zenoh router."""
+
+import shlex
+import socket
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_line import refusal
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        ("router --client", "--client cannot be used with a router"),
+    ],
+)
+def test_wrong_options_are_refused_in_one_line(
+    words: str,
+    line: str,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The line names the option or file, and the reason."""
+    monkeypatch.chdir(tmp_path)
+    assert line in refusal(capsys, *shlex.split(words))
+
+
+def test_a_port_that_is_in_use_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    """The line says what to do."""
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        endpoint = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
+        line = refusal(capsys, "router", "--listen", endpoint)
+    assert f"{endpoint}: the port is taken; choose another with --listen" in line
+
+
+def test_an_address_of_another_machine_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    """It is not reported as in use."""
+    line = refusal(capsys, "router", "--listen", "tcp/192.0.2.1:7447")
+    assert "tcp/192.0.2.1:7447: this machine has no such address" in line

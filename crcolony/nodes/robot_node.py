@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from crcolony.evolution.history import Died, Event, OwnEvent, TurnedOver, born
+from crcolony.evolution.history import Died, Event, OwnEvent, TurnedOver, birth_event
 from crcolony.evolution.lineage import Birth
 from crcolony.evolution.population import Offspring
 from crcolony.nodes.event_buffer import EventBuffer
@@ -38,7 +38,7 @@ from crcolony.protocol.telemetry_messages import (
 from crcolony.randomness import generator
 from crcolony.rate_limit import TokenBucket
 from crcolony.robot.life_records import lifetimes_of
-from crcolony.robot.robot import Exchange, Robot
+from crcolony.robot.robot import MatingOffer, Robot
 from crcolony.robot.state import DIED, MET, SLICE_OVER, Robots
 from crcolony.storage.rows import Decision
 from crcolony.storage.sql import StorageError
@@ -179,7 +179,7 @@ class RobotNode:
         self.conceptions += 1
         genes = unpack_genes(decision.child, self.robot.subpopulation.schema)
         offspring = Offspring(genes, record.own.agent, record.partner.agent, decision.step)
-        self.robot.subpopulation.keep(offspring, generator(self.robot.stream.copy()))
+        self.robot.subpopulation.add_to_pool(offspring, generator(self.robot.stream.copy()))
 
     # One control period ----------------------------------------------------------------------------------------
 
@@ -191,7 +191,7 @@ class RobotNode:
             self._record(Died(tick, self.number, self._agent_name))
         # Whoever is not on the disk yet mates with nobody: after a crash its name may be another's.
         if contact is not None and events & MET and not self._has_unsaved_births:
-            own = self.robot.exchange()
+            own = self.robot.mating_offer()
             self._mating.handle_contact(
                 now_s, contact, Offer(own.agent, pack_genes(own.genes)), tick
             )
@@ -215,7 +215,7 @@ class RobotNode:
         genotypes = self.robot.subpopulation.genotypes
         self._has_unsaved_births = True
         for place, birth in enumerate(births):
-            self._record(born(self.tick, self.number, birth, genotypes[place]))
+            self._record(birth_event(self.tick, self.number, birth, genotypes[place]))
 
     # Letters, peers and time -----------------------------------------------------------------------------------
 
@@ -278,7 +278,7 @@ class RobotNode:
             place = subpopulation.ids.index(record.own.agent)
             energy = float(self._batch.energies[robot.row, place])
             genes = unpack_genes(record.partner.genes, subpopulation.schema)
-            offspring = robot.mate(Exchange(record.partner.agent, genes), place)
+            offspring = robot.mate(MatingOffer(record.partner.agent, genes), place)
         return Decision(
             energy=energy,
             conceived=offspring is not None,

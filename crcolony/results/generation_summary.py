@@ -32,7 +32,9 @@ def summarise(
         "energy": float((batch.energy_sum / lived).mean()),
         "lived_steps": float(batch.steps_alive.mean()),
         "starved": float((batch.energies <= 0.0).mean()),
-        "mating_share": float(batch.used[:, :, -1].sum() / max(batch.used.sum(), 1)),
+        "mating_share": float(
+            batch.module_steps[:, :, -1].sum() / max(batch.module_steps.sum(), 1)
+        ),
     }
     schema = robots[0].subpopulation.schema
     for module in MODULES:

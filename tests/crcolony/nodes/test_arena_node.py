@@ -8,7 +8,7 @@ import pytest
 
 from crcolony.body import contract
 from crcolony.body.contract import Body
-from crcolony.body.contract_test import BodyContract, action
+from crcolony.body.contract_test import BodyContract, random_action
 from crcolony.body.settings import CyberRodent
 from crcolony.compiled import FloatArray
 from crcolony.config import Config, load
@@ -115,7 +115,7 @@ def test_robots_of_this_process_command_their_bodies_directly() -> None:
     rng = np.random.default_rng(1)
     for _ in range(50):
         for robot in range(4):
-            asked = action(rng)
+            asked = random_action(rng)
             assert node.apply_action(IDS[robot], Action(node.tick, pack_row(asked)))
             assert not direct.is_ready
             direct.set_action(direct.slot_of(IDS[robot]), asked)
@@ -135,9 +135,9 @@ def test_a_restored_arena_goes_on_identically(storage: str, tmp_path: Path) -> N
     rng = np.random.default_rng(2)
     for _ in range(30):
         for robot in node.waiting_for:
-            node.apply_action(robot, Action(node.tick, pack_row(action(rng))))
+            node.apply_action(robot, Action(node.tick, pack_row(random_action(rng))))
         node.step()
-    node.apply_action(IDS[3], Action(node.tick, pack_row(action(rng))))
+    node.apply_action(IDS[3], Action(node.tick, pack_row(random_action(rng))))
     saved = node.save()
     if storage == "checkpoint":
         buffer = io.BytesIO()
@@ -152,7 +152,7 @@ def test_a_restored_arena_goes_on_identically(storage: str, tmp_path: Path) -> N
         assert [IDS.index(robot) for robot in one.waiting_for] == [0, 1, 5]
         for _ in range(30):
             for robot in one.waiting_for:
-                one.apply_action(robot, Action(one.tick, pack_row(action(again))))
+                one.apply_action(robot, Action(one.tick, pack_row(random_action(again))))
             one.step()
         futures.append([one.observation(robot) for robot in one.robots])
         futures[-1].append(encode(one.scene("arena", 1, 2)))
@@ -388,7 +388,7 @@ def test_lockstep_takes_one_action_for_the_present_tick() -> None:
     assert not node.apply_action(IDS[1], forward(node))
     assert node.counts == {"stale": 4}
     node.step()
-    assert node.arena.world.wheels[:2, 0].tolist() == [0.1, 0.0]
+    assert node.arena.world.wheel_speeds[:2, 0].tolist() == [0.1, 0.0]
 
 
 def test_real_time_takes_late_actions_in_order_while_they_live() -> None:
@@ -403,7 +403,7 @@ def test_real_time_takes_late_actions_in_order_while_they_live() -> None:
     assert not node.apply_action(IDS[0], forward(node, 0.3, age=2))
     assert node.counts == {"stale": 3}
     node.step()
-    assert node.arena.world.wheels[0, 0] == 0.2
+    assert node.arena.world.wheel_speeds[0, 0] == 0.2
 
 
 def test_a_command_to_stop_is_never_too_late() -> None:
@@ -412,10 +412,10 @@ def test_a_command_to_stop_is_never_too_late() -> None:
     assert node.apply_action(IDS[0], forward(node, 0.1, ttl_s=10.0))
     for _ in range(9):
         node.step()
-    assert node.arena.world.wheels[0, 0] == 0.1
+    assert node.arena.world.wheel_speeds[0, 0] == 0.1
     assert node.apply_action(IDS[0], forward(node, 0.1, ttl_s=0.0, age=8))
     node.step()
-    assert node.arena.world.wheels[0, 0] == 0.0
+    assert node.arena.world.wheel_speeds[0, 0] == 0.0
 
 
 def test_what_is_beyond_limits_is_clipped() -> None:

@@ -5,7 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crcolony.randomness import chance, draw, draw_bits, draw_rarely, generator, new_streams
+from crcolony.randomness import (
+    draw,
+    draw_bits,
+    draw_bits_uncompiled,
+    draw_uncompiled,
+    generator,
+    new_streams,
+)
 
 UINT64 = st.integers(0, 2**64 - 1)
 
@@ -71,6 +78,6 @@ def test_what_is_rare_draws_the_same_numbers_without_a_compiler() -> None:
     one[1] = 2**64 - 3
     other = one.copy()
     for _ in range(6):
-        assert draw_rarely(one) == int(draw_bits(other))
-        assert chance(other) == draw(one)
+        assert draw_bits_uncompiled(one) == int(draw_bits(other))
+        assert draw_uncompiled(other) == draw(one)
         assert one.tolist() == other.tolist()

@@ -18,7 +18,7 @@ def new_subpopulation(mutation: float = 0.0, pool_limit: int = 1000) -> Subpopul
         "r", SCHEMA, Variation("two_point", mutation), genotypes, pool_limit
     )
     rng = np.random.default_rng(0)
-    subpopulation.bear(subpopulation.first_children(rng), 0, 0)
+    subpopulation.replace_agents(subpopulation.draw_first_generation(rng), 0, 0)
     return subpopulation
 
 
@@ -26,7 +26,7 @@ def test_the_first_generation_has_no_parents_and_lies_within_the_schema() -> Non
     """It is written into the array that was given."""
     genotypes = np.zeros((3, AGENTS, GENES))
     one = Subpopulation("r", SCHEMA, Variation("uniform", 0.1), genotypes[1], 10)
-    births = one.bear(one.first_children(np.random.default_rng(1)), 0, 0)
+    births = one.replace_agents(one.draw_first_generation(np.random.default_rng(1)), 0, 0)
     assert [birth.agent for birth in births] == [agent_id("r", k) for k in range(AGENTS)]
     for birth, genes in zip(births, genotypes[1], strict=True):
         SCHEMA.validate(genes)
@@ -56,10 +56,10 @@ def test_the_next_generation_is_drawn_from_the_pool_with_replacement() -> None:
         pool = [
             own.conceive(0, np.full(GENES, float(k)), f"s/{k}", 5, rng) for k in range(offspring)
         ]
-        children = own.draw_children(rng)
+        children = own.draw_next_generation(rng)
         assert len(children) == AGENTS
         assert {child.father for child in children} <= {one.father for one in pool}
-        births = own.bear(children, 1, 900)
+        births = own.replace_agents(children, 1, 900)
         assert own.pool == []
         assert own.conceived == 0
         assert not own.turns.any()
@@ -74,7 +74,7 @@ def test_each_offspring_has_the_same_chance() -> None:
     own = new_subpopulation()
     for k in range(4):
         own.conceive(0, np.zeros(GENES), f"s/{k}", 0, rng)
-    fathers = [child.father for _ in range(800) for child in own.draw_children(rng)]
+    fathers = [child.father for _ in range(800) for child in own.draw_next_generation(rng)]
     counts = np.array([fathers.count(f"s/{k}") for k in range(4)])
     assert ((counts - 1000) ** 2 / 1000).sum() < 21.1
 
@@ -83,7 +83,7 @@ def test_without_offspring_everybody_has_a_mutated_copy() -> None:
     """The rule for an empty pool: one child of each agent, of a mother alone."""
     own = new_subpopulation(mutation=0.5)
     before = own.genotypes.copy()
-    births = own.bear(own.draw_children(np.random.default_rng(5)), 1, 10)
+    births = own.replace_agents(own.draw_next_generation(np.random.default_rng(5)), 1, 10)
     assert [birth.mother for birth in births] == [f"r/{k}" for k in range(AGENTS)]
     assert all(birth.father is None for birth in births)
     changed = own.genotypes != before
@@ -99,7 +99,7 @@ def test_names_are_given_once() -> None:
         saved = own.save()
         own = new_subpopulation()
         own.restore(saved)
-        births = own.bear(own.draw_children(rng), generation, 0)
+        births = own.replace_agents(own.draw_next_generation(rng), generation, 0)
         assert not names & {birth.agent for birth in births}
         names |= {birth.agent for birth in births}
     assert len(names) == 4 * AGENTS
@@ -129,13 +129,13 @@ def test_a_saved_subpopulation_goes_on_identically() -> None:
     saved = own.save()
     kept = own.genotypes.copy()
     other = new_subpopulation()
-    other.bear(other.draw_children(rng), 1, 1)
-    own.bear(own.draw_children(np.random.default_rng(9)), 1, 4)
+    other.replace_agents(other.draw_next_generation(rng), 1, 1)
+    own.replace_agents(own.draw_next_generation(np.random.default_rng(9)), 1, 4)
     other.restore(saved)
     assert np.array_equal(other.genotypes, kept)
     assert other.turns.tolist() == [0, 0, 2, 0, 0]
     assert (other.conceived, other.born, other.ids[0]) == (1, AGENTS, "r/0")
-    other.bear(other.draw_children(np.random.default_rng(9)), 1, 4)
+    other.replace_agents(other.draw_next_generation(np.random.default_rng(9)), 1, 4)
     assert np.array_equal(other.genotypes, own.genotypes)
     assert other.ids == own.ids
 

@@ -13,14 +13,14 @@ from crcolony.learning.traces import (
     DECAY,
     SCALE,
     accumulate,
+    accumulate_error,
     action_values,
-    forget,
-    learn,
-    renew,
+    clear_traces,
+    renormalise,
     replace,
     replace_and_clear,
+    set_traces,
     truncate,
-    visit,
 )
 
 TILES, ACTIONS, TILINGS, RATE = 12, 3, 2, 0.25
@@ -99,8 +99,8 @@ class Lazy:
 
     weights: FloatArray
     traces: FloatArray
-    live: IntArray
-    clock: FloatArray
+    traced_tiles: IntArray
+    totals: FloatArray
 
     @classmethod
     def new(cls) -> "Lazy":
@@ -113,17 +113,17 @@ class Lazy:
 
     def take(self, step: Step) -> None:
         """Visit the tiles of `step` and learn its error."""
-        visit(
+        set_traces(
             self.weights,
             self.traces,
-            self.live,
-            self.clock,
+            self.traced_tiles,
+            self.totals,
             step.tiles,
             step.action,
             step.gamma_lambda,
             RATE,
         )
-        learn(self.clock, step.delta)
+        accumulate_error(self.totals, step.delta)
 
 
 fades = st.one_of(st.just(0.0), st.just(1.0), st.just(1e-9), st.just(5e-324), st.floats(0.0, 1.0))
@@ -155,12 +155,12 @@ def test_lazy_traces_pay_what_dense_traces_pay(history: list[Step]) -> None:
     e = np.zeros((TILES, ACTIONS))
     values = np.empty(ACTIONS)
     for step in history:
-        action_values(lazy.weights, lazy.traces, lazy.clock, step.tiles, RATE, values)
+        action_values(lazy.weights, lazy.traces, lazy.totals, step.tiles, RATE, values)
         np.testing.assert_allclose(values, theta[step.tiles].sum(axis=0), atol=1e-8)
         lazy.take(step)
         replace_and_clear(e, step.tiles, step.action, step.gamma_lambda)
         theta += RATE * step.delta * e
-    forget(lazy.weights, lazy.traces, lazy.live, lazy.clock, RATE)
+    clear_traces(lazy.weights, lazy.traces, lazy.traced_tiles, lazy.totals, RATE)
     np.testing.assert_allclose(lazy.weights, theta, atol=1e-8)
 
 
@@ -170,45 +170,45 @@ def test_the_live_list_names_every_tile_with_a_trace_once(history: list[Step]) -
     lazy = Lazy.new()
     for step in history:
         lazy.take(step)
-    listed = lazy.live[: int(lazy.clock[COUNT])]
+    listed = lazy.traced_tiles[: int(lazy.totals[COUNT])]
     assert sorted(listed) == np.flatnonzero(lazy.traces[:, SCALE]).tolist()
 
 
 @given(histories())
 def test_settling_everything_twice_pays_once(history: list[Step]) -> None:
-    """Nothing is owed after `renew`, so another one changes no weight."""
+    """Nothing is owed after `renormalise`, so another one changes no weight."""
     lazy = Lazy.new()
     for step in history:
         lazy.take(step)
-    renew(lazy.weights, lazy.traces, lazy.live, lazy.clock, RATE)
+    renormalise(lazy.weights, lazy.traces, lazy.traced_tiles, lazy.totals, RATE)
     paid = lazy.weights.copy()
-    renew(lazy.weights, lazy.traces, lazy.live, lazy.clock, RATE)
+    renormalise(lazy.weights, lazy.traces, lazy.traced_tiles, lazy.totals, RATE)
     np.testing.assert_array_equal(lazy.weights, paid)
 
 
 @given(histories(), st.floats(-10.0, 10.0))
 def test_an_ended_trace_learns_nothing(history: list[Step], delta: float) -> None:
-    """After `forget`, an error changes no weight."""
+    """After `clear_traces`, an error changes no weight."""
     lazy = Lazy.new()
     for step in history:
         lazy.take(step)
-    forget(lazy.weights, lazy.traces, lazy.live, lazy.clock, RATE)
-    assert lazy.clock.tolist() == [1.0, 0.0, 0.0]
+    clear_traces(lazy.weights, lazy.traces, lazy.traced_tiles, lazy.totals, RATE)
+    assert lazy.totals.tolist() == [1.0, 0.0, 0.0]
     before = lazy.weights.copy()
-    learn(lazy.clock, delta)
-    forget(lazy.weights, lazy.traces, lazy.live, lazy.clock, RATE)
+    accumulate_error(lazy.totals, delta)
+    clear_traces(lazy.weights, lazy.traces, lazy.traced_tiles, lazy.totals, RATE)
     np.testing.assert_array_equal(lazy.weights, before)
 
 
 def test_renewal_ends_traces_that_have_faded_away() -> None:
-    """A tile not seen again leaves the live list, while the one visited in every step stays."""
+    """A tile not seen again leaves the traced_tiles list, while the one visited in every step stays."""
     lazy = Lazy.new()
     lazy.take(Step(np.array([0, 6]), 0, 1.0, 0.1))
     for _ in range(40):
         lazy.take(Step(np.array([1, 7]), 0, 1.0, 0.1))
-    assert lazy.clock[COUNT] == 2
-    assert lazy.clock[DECAY] > 1e-5
-    assert sorted(lazy.live[:2]) == [1, 7]
+    assert lazy.totals[COUNT] == 2
+    assert lazy.totals[DECAY] > 1e-5
+    assert sorted(lazy.traced_tiles[:2]) == [1, 7]
 
 
 def episode_updates(accumulating: bool) -> tuple[FloatArray, FloatArray, list[int], list[float]]:
@@ -260,5 +260,5 @@ def test_long_lives_stay_precise(gamma_lambda: float) -> None:
         lazy.take(step)
         replace_and_clear(e, step.tiles, step.action, gamma_lambda)
         theta += RATE * step.delta * e
-    forget(lazy.weights, lazy.traces, lazy.live, lazy.clock, RATE)
+    clear_traces(lazy.weights, lazy.traces, lazy.traced_tiles, lazy.totals, RATE)
     np.testing.assert_allclose(lazy.weights, theta, atol=1e-8)

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from crcolony.body import contract
-from crcolony.body.contract_test import action
+from crcolony.body.contract_test import random_action
 from crcolony.body.settings import CyberRodent, Noise
 from crcolony.world.arena import Arena
 from crcolony.world.arena_size import check_fit, pack_count, size_m
-from crcolony.world.encounter_detection import report_encounters
+from crcolony.world.encounter_detection import detect_encounters
 from crcolony.world.settings import ArenaSettings
 from tests.support.small_arenas import new_arena, put
 
@@ -30,8 +30,8 @@ def live(arena: Arena, ticks: int, rng: np.random.Generator) -> np.ndarray:
     rows = []
     for _ in range(ticks):
         for robot in range(arena.robots):
-            arena.act(robot, action(rng))
-        arena.advance()
+            arena.act(robot, random_action(rng))
+        arena.integrate()
         rows.append(arena.observe().copy())
     return np.array(rows)
 
@@ -94,13 +94,13 @@ def test_who_is_there_lives_as_if_the_other_places_did_not_exist() -> None:
             field = getattr(five.world, name)
             among = (slice(None),) if name in ("pending", "observations") else ()
             field[(*among, slice(2))] = value
-    five._sort()
+    five.update_cells()
     rng = [np.random.default_rng(6), np.random.default_rng(6)]
     for _ in range(300):
         for arena, asked in zip((two, five), rng, strict=True):
             for robot in (0, 1):
-                arena.act(robot, action(asked))
-            arena.advance()
+                arena.act(robot, random_action(asked))
+            arena.integrate()
         assert np.array_equal(two.observe(), five.observe()[:2])
         assert np.array_equal(two.world.packs, five.world.packs)
     assert np.array_equal(two.world.stream, five.world.stream)
@@ -143,7 +143,7 @@ def test_a_place_has_one_body_and_a_full_arena_takes_no_more() -> None:
     """Both are said by name, and change nothing."""
     arena = empty_arena(2)
     arena.embody(0, 0)
-    with pytest.raises(ValueError, match="place 0"):
+    with pytest.raises(ValueError, match="slot 0"):
         arena.embody(0, 1)
     assert arena.world.colonies.tolist() == [0, -1]
     crowd = Arena(2, ArenaSettings(width_m=0.5, packs=1), CyberRodent(), 1, embodied=False)
@@ -165,7 +165,7 @@ def test_a_removed_body_leaves_its_pack_behind_and_comes_back_fresh() -> None:
     asked[[contract.JAW, contract.TTL]] = 1.0
     for _ in range(2):
         arena.act(0, asked)
-        arena.advance()
+        arena.integrate()
         arena.observe()
     assert arena.world.pack_holders[0] == 0
     arena.remove(0)
@@ -176,7 +176,7 @@ def test_a_removed_body_leaves_its_pack_behind_and_comes_back_fresh() -> None:
         now = getattr(arena.world, name)
         assert np.array_equal(now.take(0, axis), fresh[name].take(0, axis)), name
     arena.embody(0, 1)
-    arena.advance()
+    arena.integrate()
     assert arena.observe()[0, [contract.JAW_HOLDS, contract.BATTERY]].tolist() == [0.0, 1.0 - 0.002]
 
 
@@ -187,7 +187,7 @@ def test_nobody_hears_of_an_encounter_with_a_body_that_was_removed() -> None:
         arena.embody(slot, 0)
     put(arena, [(0.0, 0.0, 0.0), (0.4, 0.0, np.pi), (-0.6, -0.6, 0.0)])
     arena.world.actions[:, contract.BEACON] = 1.0
-    report_encounters(arena.world)
+    detect_encounters(arena.world)
     arena.observe()
     assert arena.world.observations[0, 0, contract.ENCOUNTER_ROBOT] == 1.0
     arena.remove(1)

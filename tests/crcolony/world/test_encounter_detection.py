@@ -7,7 +7,7 @@ import pytest
 
 from crcolony.body import contract
 from crcolony.world.arena import Arena
-from crcolony.world.encounter_detection import report_encounters
+from crcolony.world.encounter_detection import detect_encounters
 from tests.support.small_arenas import new_arena, put
 
 FACING = [(0.0, 0.0, 0.0), (0.4, 0.0, math.pi)]
@@ -16,7 +16,7 @@ FACING = [(0.0, 0.0, 0.0), (0.4, 0.0, math.pi)]
 def partners(arena: Arena, beacons: list[float] | None = None) -> list[int]:
     """Return whom every robot encounters, with these beacons (all on by default)."""
     arena.world.actions[:, contract.BEACON] = 1.0 if beacons is None else beacons
-    report_encounters(arena.world)
+    detect_encounters(arena.world)
     return [int(partner) for partner in arena.world.partners]
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crcolony.world.neighbours import Cells, find_near, new_cells, sort_into_cells
+from crcolony.world.neighbours import Cells, collect_near, new_cells, sort_into_cells
 
 
 def looked_at(cells: Cells, x: float, y: float, range_m: float) -> int:
@@ -39,7 +39,7 @@ def test_a_search_finds_what_brute_force_finds(
     sort_into_cells(cells, positions)
     found = np.zeros((points, 4))
     x, y = (rng.random(2) - 0.5) * [width_m, height_m]
-    count = find_near(cells, positions, x, y, range_m, found)
+    count = collect_near(cells, positions, x, y, range_m, found)
     offsets = positions - [x, y]
     squared = offsets[:, 0] * offsets[:, 0] + offsets[:, 1] * offsets[:, 1]
     expected = np.flatnonzero(squared <= range_m * range_m)
@@ -88,5 +88,5 @@ def test_more_than_there_is_room_for_is_left_out() -> None:
     cells = new_cells(1.0, 1.0, 1.0, 10)
     sort_into_cells(cells, positions)
     found = np.zeros((4, 4))
-    assert find_near(cells, positions, 0.0, 0.0, 0.5, found) == 4
+    assert collect_near(cells, positions, 0.0, 0.0, 0.5, found) == 4
     assert found[:, 0].tolist() == [0, 1, 2, 3]

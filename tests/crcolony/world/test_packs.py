@@ -15,7 +15,7 @@ def bite(arena: Arena, robot: int = 0, jaw: float = 1.0) -> float:
     action = np.zeros(contract.ACTION_WIDTH)
     action[contract.JAW], action[contract.TTL] = jaw, 1.0
     arena.act(robot, action)
-    arena.advance()
+    arena.integrate()
     return float(arena.world.charges[robot])
 
 

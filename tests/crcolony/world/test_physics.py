@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from crcolony.compiled import FloatArray
-from crcolony.world.physics import Space, pull, push, step
+from crcolony.world.physics import Space, read_states, step_physics, write_commands
 
 RADIUS_M, MASS_KG, TRACK_M, STEP_S = 0.11, 1.75, 0.16, 0.2
 
@@ -39,12 +39,12 @@ class Bodies:
     def step(self, times: int = 1) -> None:
         physics = self.space.physics
         for _ in range(times):
-            push(physics, self.poses, self.wheels, TRACK_M, STEP_S)
+            write_commands(physics, self.poses, self.wheels, TRACK_M, STEP_S)
             if self.from_python:
                 self.space.step_from_python(STEP_S)
             else:
-                step(physics, STEP_S)
-            pull(physics, self.poses, self.velocities)
+                step_physics(physics, STEP_S)
+            read_states(physics, self.poses, self.velocities)
 
     def gaps_m(self) -> FloatArray:
         """Return the distances between all hulls; negative where they overlap."""

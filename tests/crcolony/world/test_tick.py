@@ -25,7 +25,7 @@ def ways_m(arena: Arena, ticks: int) -> list[float]:
     ways = []
     for _ in range(ticks):
         before = arena.world.poses[0, :2].copy()
-        arena.advance()
+        arena.integrate()
         ways.append(float(np.hypot(*(arena.world.poses[0, :2] - before))))
     return ways
 
@@ -113,7 +113,7 @@ def test_inertial_senses_tell_turning_speed_and_acceleration() -> None:
     readings = []
     for _ in range(2):
         arena.act(0, action)
-        arena.advance()
+        arena.integrate()
         readings.append(arena.observe()[0].copy())
     turn = 0.08 / 0.16
     for row in readings:
@@ -131,12 +131,12 @@ def test_one_period_is_commands_then_advance_then_observe() -> None:
     for fresh in ([True, True, False], [False, True, True], [False, False, False]):
         for robot in np.flatnonzero(fresh):
             one.act(int(robot), actions[robot])
-        one.advance()
+        one.integrate()
         expected = one.observe()
         step_world(other.world, actions, np.array(fresh))
         assert np.array_equal(other.world.observations[-1], expected)
         assert np.array_equal(other.world.poses, one.world.poses)
-    assert other.world.wheels[:, 0].tolist() == [0.1, 0.2, 0.3]
+    assert other.world.wheel_speeds[:, 0].tolist() == [0.1, 0.2, 0.3]
 
 
 def test_the_reflex_world_turns_nobody_who_is_not_there() -> None:
@@ -145,7 +145,7 @@ def test_the_reflex_world_turns_nobody_who_is_not_there() -> None:
     arena.remove(1)
     put(arena, [(0.0, 0.0, 0.0), arena.world.poses[1]])
     before = arena.world.stream.copy()
-    arena.advance()
+    arena.integrate()
     assert np.array_equal(arena.world.stream, before)
     assert arena.world.poses[1, 2] == 0.0
 
@@ -155,7 +155,7 @@ def test_senses_that_are_switched_off_read_nothing() -> None:
     arena = new_arena(2, body={"camera": False})
     put(arena, [(0.0, 0.0, 0.0), (0.4, 0.0, math.pi)], [(0.3, 0.3)])
     arena.act(0, forward())
-    arena.advance()
+    arena.integrate()
     row = arena.observe()[0]
     assert not row[: contract.JAW_HOLDS].any()
     assert not row[contract.MICROPHONES : contract.MICROPHONES + 2].any()
@@ -169,7 +169,7 @@ def test_a_wall_turns_who_touches_it_only_in_the_reflex_world() -> None:
         headings = []
         for _ in range(8):
             arena.act(0, forward())
-            arena.advance()
+            arena.integrate()
             headings.append(float(arena.world.poses[0, 2]))
         turned = np.abs(np.diff([0.0, *headings]))
         assert (turned <= turn_rad + 1e-12).all()
@@ -184,7 +184,7 @@ def test_nobody_jumps_over_a_wall_however_fast(speed_m_s: float) -> None:
     for _ in range(40):
         for robot in range(3):
             arena.act(robot, forward(speed_m_s))
-        arena.advance()
+        arena.integrate()
         assert arena.world.poses[0, 0] < 0.5
         assert (np.abs(arena.world.poses[:, :2]) < 1.5).all()
     assert arena.world.poses[0, 0] == pytest.approx(0.39, abs=0.015)

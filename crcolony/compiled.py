@@ -1,14 +1,15 @@
 """How hot functions are compiled: the only file that knows the options of numba.
 
-Every small function of the control step is plain, readable Python that numba turns into machine code; small
-functions are inlined into the ones that call them, so that composing them costs nothing. No fast-math: the same
-seed must give the same history, bit for bit.
+Every small function of the control step is plain, readable Python that numba turns into machine
+code; small functions are inlined into the ones that call them, so that composing them costs
+nothing. No fast-math: the same seed must give the same history, bit for bit.
 
-Compiled code is cached on disk, in a folder named by a digest of the sources. numba itself checks only the file of
-the outermost function, and would keep using old code after a change in a function that was inlined.
+Compiled code is cached on disk, in a folder named by a digest of the sources. numba itself checks
+only the file of the outermost function, and would keep using old code after a change in a function
+that was inlined.
 
-numba is imported when something has to be compiled or called, not before: it takes half a second and 100 MB, and a
-robot's own process does without it (`robot/aot_step.py`).
+numba is imported when something has to be compiled or called, not before: it takes half a second
+and 100 MB, and a robot's own process does without it (`robot/aot_step.py`).
 """
 
 import functools
@@ -43,7 +44,8 @@ COMPILED_SOURCES = (
 
 
 def source_digest(package: Path) -> str:
-    """Return a hash of the sources, in a package folder, of which compiled code is made, and of numba's version."""
+    """Return a hash of the sources, in a package folder, of which compiled code is made, and of
+    numba's version."""
     digest = hashlib.blake2b(version("numba").encode(), digest_size=8)
     for name in COMPILED_SOURCES:
         path = package / name
@@ -54,7 +56,8 @@ def source_digest(package: Path) -> str:
 
 @functools.cache
 def cache_folder() -> Path:
-    """Return the folder of compiled code: in NUMBA_CACHE_DIR, or else in the user's cache, one for every digest."""
+    """Return the folder of compiled code: in NUMBA_CACHE_DIR, or else in the user's cache, one for
+    every digest."""
     root = os.environ.get("NUMBA_CACHE_DIR")
     if not root:
         cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
@@ -73,7 +76,8 @@ def is_switched_off() -> bool:
 
 
 class Compiled(Generic[Parameters, Result]):
-    """A function that numba compiles when it, or a compiled function that calls it, is first called."""
+    """A function that numba compiles when it, or a compiled function that calls it, is first
+    called."""
 
     def __init__(self, function: Callable[Parameters, Result]) -> None:
         functools.update_wrapper(self, function)
@@ -101,7 +105,8 @@ class Compiled(Generic[Parameters, Result]):
 def compiled(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
     """Compile `function` with numba, keeping its Python signature for the type checker.
 
-    Compiled functions may not allocate: numba's reference counting is off, which halves the time of a tick.
+    Compiled functions may not allocate: numba's reference counting is off, which halves the time of
+    a tick.
     """
     if is_switched_off():
         return function

@@ -1,8 +1,10 @@
-"""One small counter-based generator whose whole state is two numbers (Steele, Lea and Flood 2014: SplitMix64).
+"""One small counter-based generator whose whole state is two numbers (Steele, Lea and Flood 2014:
+SplitMix64).
 
-A stream is an array `[key, counter]` of uint64. Drawing increments the counter and mixes `key + counter * golden`, so
-that a stream can be saved, restored and copied as data, and gives the same numbers in a batch of 1 and of N. Rare
-events (an offspring, the next agent) use a `numpy.random.Generator` seeded by one draw.
+A stream is an array `[key, counter]` of uint64. Drawing increments the counter and mixes `key +
+counter * golden`, so that a stream can be saved, restored and copied as data, and gives the same
+numbers in a batch of 1 and of N. Rare events (an offspring, the next agent) use a
+`numpy.random.Generator` seeded by one draw.
 """
 
 import numpy as np
@@ -24,7 +26,8 @@ _UNIT = 1.0 / 9007199254740992.0
 
 
 def new_streams(seed: int, names: tuple[int, ...], count: int) -> NDArray[np.uint64]:
-    """Return `count` independent streams, shape (count, 2), for the purpose `names` under one root seed."""
+    """Return `count` independent streams, shape (count, 2), for the purpose `names` under one root
+    seed."""
     keys = np.random.SeedSequence(seed, spawn_key=names).generate_state(count, np.uint64)
     streams = np.zeros((count, 2), dtype=np.uint64)
     streams[:, 0] = keys

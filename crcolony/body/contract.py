@@ -1,8 +1,9 @@
-"""The contract between a robot and its body (thesis 4.6): what it observes and how it acts, in SI units.
+"""The contract between a robot and its body (thesis 4.6): observations and actions, in SI units.
 
-An observation and an action are rows of float64, one column a quantity. The tables below are the contract: the
-arena fulfils it for simulated bodies, a driver for a physical one, and a robot cannot distinguish them. There is no
-ground truth in an observation: nothing that a Cyber Rodent could not sense.
+An observation and an action are rows of float64, one column a quantity. The tables below are the
+contract: the arena fulfils it for simulated bodies, a driver for a physical one, and a robot cannot
+distinguish them. There is no ground truth in an observation: nothing that a Cyber Rodent could not
+sense.
 """
 
 from dataclasses import dataclass
@@ -17,7 +18,8 @@ from crcolony.compiled import FloatArray
 
 @dataclass(frozen=True)
 class Quantity:
-    """One column of an observation or action: its name (which ends in its unit, if any), range and meaning."""
+    """One column of an observation or action: its name (which ends in its unit, if any), range and
+    meaning."""
 
     name: str
     low: float
@@ -148,7 +150,9 @@ class Body(Protocol):
     def act(self, action: FloatArray) -> FloatArray:
         """Set the action; return what is applied after clipping, shape (ACTION_WIDTH,).
 
-        It is applied until the next action, but for no longer than its own `ttl_s`: then the body stops. Raises ValueError if the action has another shape or holds a number that is not finite.
+        It is applied until the next action, but for no longer than its own `ttl_s`: then the body
+        stops. Raises ValueError if the action has another shape or holds a number that is not
+        finite.
         """
         ...
 
@@ -161,7 +165,8 @@ _LOWEST, _HIGHEST = limits(ACTION)
 
 
 def clip_action(action: FloatArray) -> FloatArray:
-    """Return the action (ACTION_WIDTH,) within the limits of the table; raises ValueError as `Body.act` does."""
+    """Return the action (ACTION_WIDTH,) within the limits of the table; raises ValueError as
+    `Body.act` does."""
     if action.shape != (ACTION_WIDTH,):
         raise ValueError(f"an action has shape ({ACTION_WIDTH},), not {action.shape}")
     if not np.isfinite(action).all():

@@ -1,7 +1,7 @@
 """The tests that every body has to pass, simulated or physical.
 
-An author of a driver subclasses `BodyContract` in a test module, with a name that pytest collects, and implements
-`new_body`:
+An author of a driver subclasses `BodyContract` in a test module, with a name that pytest collects,
+and implements `new_body`:
 
     class TestMyBody(BodyContract):
         period_s = 0.1
@@ -9,7 +9,8 @@ An author of a driver subclasses `BodyContract` in a test module, with a name th
         def new_body(self) -> Body:
             return MyBody(connect_to_a_device_on_a_bench())
 
-The body needs free space around it, so that its wheels can turn, and has to observe its wheel speeds.
+The body needs free space around it, so that its wheels can turn, and has to observe its wheel
+speeds.
 """
 
 import math
@@ -77,7 +78,8 @@ class BodyContract:
     def test_the_wheels_stop_when_the_time_to_live_of_the_action_is_over(
         self, ttl_s: float
     ) -> None:
-        """Without a fresh action they turn for the time to live, in whole control periods, and no longer."""
+        """Without a fresh action they turn for the time to live, in whole control periods, and no
+        longer."""
         body = self.new_body()
         body.read()
         body.act(turn_action(ttl_s))
@@ -87,11 +89,13 @@ class BodyContract:
         body.close()
 
     def test_every_action_has_its_own_time_to_live(self) -> None:
-        """A fresh action replaces the time that was left of the last one, be it longer or shorter."""
+        """A fresh action replaces the time that was left of the last one, be it longer or
+        shorter."""
         for first_s, second_s in ((2.0, 0.2), (0.2, 2.0)):
             body = self.new_body()
             body.read()
             body.act(turn_action(first_s))
+            body.read()
             body.act(turn_action(second_s))
             periods = self._periods(second_s)
             assert self._turning_periods(body, periods + 3) == periods
@@ -111,7 +115,8 @@ class BodyContract:
         return math.ceil(round(ttl_s / self.period_s, 6))
 
     def _turning_periods(self, body: Body, periods: int) -> int:
-        """Return in how many of so many control periods the wheels turn; they may not start again."""
+        """Return in how many of so many control periods the wheels turn; they may not start
+        again."""
         is_turning = []
         for _ in range(periods):
             wheels = body.read()[_WHEELS]

@@ -27,7 +27,8 @@ class Noise(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
 
 
 class CyberRodent(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The body of thesis 4.6: 22 cm, 1.75 kg, two wheels, at most 1.3 m/s. A sense that is off costs no time."""
+    """The body of thesis 4.6: 22 cm, 1.75 kg, two wheels, at most 1.3 m/s. A sense that is off
+    costs no time."""
 
     radius_m: Positive = 0.11
     mass_kg: Positive = 1.75

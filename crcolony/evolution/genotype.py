@@ -1,4 +1,5 @@
-"""Genotypes: an array of numbers under a schema of named, bounded genes (thesis 4.1), identified by a hash."""
+"""Genotypes: an array of numbers under a schema of named, bounded genes (thesis 4.1), identified by
+a hash."""
 
 import hashlib
 import math
@@ -32,7 +33,8 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Gene:
-    """One real-valued gene: its name, its range, its initial distribution, and the deviation of a mutation."""
+    """One real-valued gene: its name, its range, its initial distribution, and the deviation of a
+    mutation."""
 
     name: str
     low: float = -math.inf
@@ -91,7 +93,8 @@ class Schema:
         raise KeyError(name)
 
     def random(self, rng: np.random.Generator) -> FloatArray:
-        """Return genes drawn from their initial distributions, within their ranges, shape (genes,)."""
+        """Return genes drawn from their initial distributions, within their ranges, shape
+        (genes,)."""
         genes = [
             rng.normal(gene.initial.mean, gene.initial.sd)
             if isinstance(gene.initial, Normal)
@@ -101,7 +104,8 @@ class Schema:
         return np.asarray(np.clip(genes, self.lows, self.highs), dtype=np.float64)
 
     def validate(self, genes: FloatArray) -> None:
-        """Raise GenotypeError if genes have the wrong length, are not finite, or leave their range."""
+        """Raise GenotypeError if genes have the wrong length, are not finite, or leave their
+        range."""
         if genes.shape != (len(self),):
             raise GenotypeError(f"expected {len(self)} genes, got shape {genes.shape}")
         wrong = ~((genes >= self.lows) & (genes <= self.highs) & np.isfinite(genes))
@@ -143,7 +147,8 @@ class Genotype:
 
 
 def genotype_digest(schema: Schema, genes: FloatArray) -> str:
-    """Return the content hash of genes (genes,): the same for the same numbers under the same schema."""
+    """Return the content hash of genes (genes,): the same for the same numbers under the same
+    schema."""
     content = np.ascontiguousarray(genes, dtype="<f8").tobytes()
     return hashlib.blake2b(schema.digest.encode() + content, digest_size=16).hexdigest()
 

@@ -1,4 +1,5 @@
-"""The history of a colony: every birth, mating, death, lifetime and turnover, in order, chained into one hash.
+"""The history of a colony: every birth, mating, death, lifetime and turnover, in order, chained
+into one hash.
 
 The names of the classes and the order of their fields are part of the hash and of every recording.
 """
@@ -82,7 +83,8 @@ _encoder = msgspec.msgpack.Encoder()
 
 
 class HistoryHash:
-    """A hash chain over all events: equal hashes mean equal histories. `state` (16 bytes) resumes a chain."""
+    """A hash chain over all events: equal hashes mean equal histories. `state` (16 bytes) resumes a
+    chain."""
 
     def __init__(self, state: bytes = bytes(16)) -> None:
         self.state = state

@@ -1,4 +1,5 @@
-"""Lineage: the parents and the time of every birth. Each robot gives its agents ids, none of them twice."""
+"""Lineage: the parents and the time of every birth. Each robot gives its agents ids, none of them
+twice."""
 
 from dataclasses import dataclass
 

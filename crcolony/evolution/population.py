@@ -1,4 +1,5 @@
-"""A subpopulation of virtual agents in one robot: its offspring pool and its turnover (thesis 4.5, 5.3)."""
+"""A subpopulation of virtual agents in one robot: its offspring pool and its turnover (thesis 4.5,
+5.3)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -34,8 +35,9 @@ class NewAgent:
 class Subpopulation:
     """The agents of one robot, and the pool of offspring that they have conceived.
 
-    `genotypes` (agents, genes) is written in place: it may be a row of a batch. The pool keeps at most `pool_limit`
-    offspring; one beyond that may replace a random one, so that all have the same chance to be kept (a reservoir).
+    `genotypes` (agents, genes) is written in place: it may be a row of a batch. The pool keeps at
+    most `pool_limit` offspring; one beyond that may replace a random one, so that all have the same
+    chance to be kept (a reservoir).
     """
 
     def __init__(
@@ -69,7 +71,8 @@ class Subpopulation:
         step: int,
         rng: np.random.Generator,
     ) -> Offspring:
-        """Make an offspring of an own agent and a partner's genotype, put it into the pool and return it."""
+        """Make an offspring of an own agent and a partner's genotype, put it into the pool and
+        return it."""
         own = self.genotypes[agent]
         genes = self.variation.offspring(own, partner_genes, self.schema, rng)
         offspring = Offspring(genes, self.ids[agent], partner, step)
@@ -77,7 +80,8 @@ class Subpopulation:
         return offspring
 
     def add_to_pool(self, offspring: Offspring, rng: np.random.Generator) -> None:
-        """Put an offspring into the pool; in a full one it replaces a random one, or is dropped itself."""
+        """Put an offspring into the pool; in a full one it replaces a random one, or is dropped
+        itself."""
         self.conceived += 1
         if len(self.pool) < self._pool_limit:
             self.pool.append(offspring)
@@ -100,7 +104,8 @@ class Subpopulation:
         ]
 
     def replace_agents(self, agents: Sequence[NewAgent], generation: int, step: int) -> list[Birth]:
-        """Replace all agents by new ones, give them ids, and empty the pool; return their births."""
+        """Replace all agents by new ones, give them ids, and empty the pool; return their
+        births."""
         births = []
         for index, agent in enumerate(agents):
             identity = agent_id(self.robot, self.born)

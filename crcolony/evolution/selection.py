@@ -1,4 +1,5 @@
-"""Roulette wheel (eq. 4.1) and tournament selection, for the central baseline only: a colony selects implicitly."""
+"""Roulette wheel (eq. 4.1) and tournament selection, for the central baseline only: a colony
+selects implicitly."""
 
 import numpy as np
 
@@ -6,7 +7,8 @@ from crcolony.compiled import FloatArray, IntArray
 
 
 def roulette(fitness: FloatArray, count: int, rng: np.random.Generator) -> IntArray:
-    """Return `count` indices drawn in proportion to `fitness` (N,) (eq. 4.1); uniformly if all fitness is 0.
+    """Return `count` indices drawn in proportion to `fitness` (N,) (eq. 4.1); uniformly if all
+    fitness is 0.
 
     Raises ValueError for a fitness that is negative or not finite.
     """
@@ -18,7 +20,8 @@ def roulette(fitness: FloatArray, count: int, rng: np.random.Generator) -> IntAr
 
 
 def tournament(fitness: FloatArray, count: int, size: int, rng: np.random.Generator) -> IntArray:
-    """Return `count` indices, each of the fittest of `size` individuals drawn uniformly with replacement.
+    """Return `count` indices, each of the fittest of `size` individuals drawn uniformly with
+    replacement.
 
     Raises ValueError for a size below 1.
     """

@@ -1,4 +1,5 @@
-"""Time sharing: which virtual agent controls the robot next (thesis 4.5; 6.1 after Whiteson and Stone 2006)."""
+"""Time sharing: which virtual agent controls the robot next (thesis 4.5; 6.1 after Whiteson and
+Stone 2006)."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -9,14 +10,16 @@ from crcolony.compiled import FloatArray, IntArray
 
 
 class TimeSharing(Protocol):
-    """Chooses the next agent by the slices and the performance of the own agents; it has no state."""
+    """Chooses the next agent by the slices and the performance of the own agents; it has no
+    state."""
 
     def next_agent(
         self, turns: IntArray, performance: FloatArray, rng: np.random.Generator
     ) -> int | None:
         """Return the next agent, or None when the generation is over.
 
-        `turns` (agents,) are the slices that each has had, `performance` (agents,) its matings per step alive.
+        `turns` (agents,) are the slices that each has had, `performance` (agents,) its matings per
+        step alive.
         """
         ...
 
@@ -39,7 +42,8 @@ class RandomOrder:
 
 @dataclass(frozen=True)
 class EpsilonGreedyOrder:
-    """After one slice each, mostly the agent that performs best; a generation has as many slices as in rounds."""
+    """After one slice each, mostly the agent that performs best; a generation has as many slices as
+    in rounds."""
 
     rounds: int
     epsilon: float
@@ -47,7 +51,8 @@ class EpsilonGreedyOrder:
     def next_agent(
         self, turns: IntArray, performance: FloatArray, rng: np.random.Generator
     ) -> int | None:
-        """Return an agent without a slice while there is one, then the best, or with probability epsilon any."""
+        """Return an agent without a slice while there is one, then the best, or with probability
+        epsilon any."""
         if turns.sum() >= self.rounds * turns.size:
             return None
         if turns.min() == 0:
@@ -59,7 +64,8 @@ class EpsilonGreedyOrder:
 
 @dataclass(frozen=True)
 class SoftmaxOrder:
-    """After one slice each, agents by a Boltzmann distribution over their performance relative to the best."""
+    """After one slice each, agents by a Boltzmann distribution over their performance relative to
+    the best."""
 
     rounds: int
     temperature: float
@@ -67,7 +73,8 @@ class SoftmaxOrder:
     def next_agent(
         self, turns: IntArray, performance: FloatArray, rng: np.random.Generator
     ) -> int | None:
-        """Return an agent without a slice while there is one, then one drawn by performance; temperature 0 is greedy."""
+        """Return an agent without a slice while there is one, then one drawn by performance;
+        temperature 0 is greedy."""
         if turns.sum() >= self.rounds * turns.size:
             return None
         if turns.min() == 0:

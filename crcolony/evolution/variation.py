@@ -55,7 +55,8 @@ CROSSOVERS: dict[str, Crossover] = {
 def gaussian_mutation(
     genes: FloatArray, schema: Schema, probability: float, rng: np.random.Generator
 ) -> FloatArray:
-    """Return a copy in which each gene has moved with a probability, by its own deviation, within its range."""
+    """Return a copy in which each gene has moved with a probability, by its own deviation, within
+    its range."""
     mutated = rng.random(genes.size) < probability
     moved = genes + mutated * schema.mutation_sds * rng.standard_normal(genes.size)
     return np.minimum(np.maximum(moved, schema.lows), schema.highs)

@@ -35,9 +35,9 @@ def tile_indices(
 ) -> None:
     """Write to `out` (tilings,) the active tile of each tiling, in [0, tilings * prod(tiles + 1)).
 
-    `tiles` (d,) are the tiles along each axis of [low, high] (d,); tiling k is displaced by row k of
-    `offsets` (tilings, d), in fractions of a tile, so one tile more is needed to cover the range. A
-    state (d,) out of range counts as on the border.
+    `tiles` (d,) are the tiles along each axis of [low, high] (d,); tiling k is displaced by row k
+    of `offsets` (tilings, d), in fractions of a tile, so one tile more is needed to cover the
+    range. A state (d,) out of range counts as on the border.
     """
     for tiling in range(out.shape[0]):
         out[tiling] = tiling

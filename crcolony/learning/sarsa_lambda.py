@@ -1,8 +1,8 @@
 """Sarsa(lambda) with tile coding and replacing traces with the optional clearing, Algorithm 2.2.
 
 `update_weights` is the update of the algorithm, `start_episode` and `learn_and_select` are its loop
-over the arrays of one `Learner`. A compiled loop calls these two; anything else, such as a loop over
-a Gymnasium environment, uses a `SarsaLambda` with one call a step. The robot's control step
+over the arrays of one `Learner`. A compiled loop calls these two; anything else, such as a loop
+over a Gymnasium environment, uses a `SarsaLambda` with one call a step. The robot's control step
 (`robot/step.py`) makes the same calls in the same order, with several learning modules that take
 turns. What the algorithm is printed without: after a step, s <- s', a <- a', I_s <- I_s'; and the
 value of a terminal state is 0.
@@ -181,7 +181,8 @@ def _clear(learner: Learner) -> None:
 
 
 def unpack(floats: FloatArray, integers: IntArray) -> Learner:
-    """Return the arrays of a learner, as views of the two blocks that a `SarsaLambda` keeps them in."""
+    """Return the arrays of a learner, as views of the two blocks that a `SarsaLambda` keeps them
+    in."""
     size, actions, tilings, dimensions = integers[0], integers[1], integers[2], integers[3]
     traces = size * actions
     totals = traces + size * 3
@@ -217,7 +218,8 @@ _unpack = compiled(unpack)
 
 @compiled
 def _start_packed(floats: FloatArray, integers: IntArray, state: FloatArray, u: float) -> int:
-    """`start_episode` for a caller in Python, to whom every array passed costs as much as a step."""
+    """`start_episode` for a caller in Python, to whom every array passed costs as much as a
+    step."""
     action = start_episode(_unpack(floats, integers), state, u)
     integers[_LAST_ACTION] = action
     return action

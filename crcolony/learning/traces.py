@@ -11,8 +11,8 @@ and the update that is pending for its weight is
 where ERRORS = sum_t delta_t DECAY_t is kept once for all traces, SCALE = 1 / DECAY_v, and SUM is
 ERRORS when the tile was last updated. Clearing keeps this small: at most one action of a tile has a
 trace, so a tile needs just three numbers. Nothing is lost but rounding, and a step costs the same
-however many traces there are; all of them are visited only when DECAY has become small, to scale
-it back to 1.
+however many traces there are; all of them are visited only when DECAY has become small, to scale it
+back to 1.
 
 The readable definitions come first: (n, actions) traces `e`, faded and set in every step. The lazy
 ones, from `apply_pending` on, are tested against them.
@@ -24,7 +24,8 @@ The arrays of one learner (n tiles):
     traced_tiles  (n,)          the tiles that have a trace, in its first COUNT elements
     totals        (3,)          DECAY, ERRORS and COUNT; starts as (1, 0, 0)
 
-`rate` is alpha / N. Pending updates are applied at one rate: call `clear_traces` before changing it.
+`rate` is alpha / N. Pending updates are applied at one rate: call `clear_traces` before changing
+it.
 """
 
 from crcolony.compiled import FloatArray, IntArray, compiled
@@ -118,7 +119,8 @@ def set_traces(
     gamma_lambda: float,
     rate: float,
 ) -> None:
-    """Fade all traces; set those of active `tiles` (N,) to 1 for `action`, 0 for others (eq. 2.17)."""
+    """Fade all traces; set those of active `tiles` (N,) to 1 for `action`, 0 for others (eq.
+    2.17)."""
     totals[DECAY] *= gamma_lambda
     if totals[DECAY] < MIN_DECAY:
         renormalise(weights, traces, traced_tiles, totals, rate)
@@ -145,7 +147,8 @@ def accumulate_error(totals: FloatArray, delta: float) -> None:
 def renormalise(
     weights: FloatArray, traces: FloatArray, traced_tiles: IntArray, totals: FloatArray, rate: float
 ) -> None:
-    """Apply all pending updates, scale DECAY back to 1, and clear traces that have faded to nothing."""
+    """Apply all pending updates, scale DECAY back to 1, and clear traces that have faded to
+    nothing."""
     kept = 0
     for position in range(int(totals[COUNT])):
         tile = traced_tiles[position]

@@ -1,8 +1,10 @@
-"""The control step compiled ahead of time: a robot's own process needs no compiler, half the memory and no wait.
+"""The control step compiled ahead of time: a robot's own process needs no compiler, half the memory
+and no wait.
 
-numba compiles `step.step_robot` once for this machine; its object code is stored beside numba's own cache. A process
-that finds it there loads it with llvmlite alone, without importing numba. All arrays are passed as one table of
-addresses and shapes, which is made once. The code is the same, so both ways give the same robots, bit for bit.
+numba compiles `step.step_robot` once for this machine; its object code is stored beside numba's own
+cache. A process that finds it there loads it with llvmlite alone, without importing numba. All
+arrays are passed as one table of addresses and shapes, which is made once. The code is the same, so
+both ways give the same robots, bit for bit.
 """
 
 import ctypes
@@ -27,13 +29,15 @@ Step = Callable[[int, FloatArray, FloatArray], None]
 _POINTERS = {"float64": "float_pointer", "int64": "int_pointer", "uint64": "word_pointer"}
 """Names, in the generated source, of the functions that turn an address into a pointer."""
 _UNREACHABLE = ("numba_gil_ensure", "numba_gil_release", "NRT_MemInfo_call_dtor")
-"""Functions of numba that the machine code would call if the step raised an exception, which it cannot."""
+"""Functions of numba that the machine code would call if the step raised an exception, which it
+cannot."""
 _owners: list[Any] = []
 """Owners of loaded machine code, which have to outlive every call."""
 
 
 def load_step(robots: Robots, parameters: StepParameters) -> Step:
-    """Return the control step of these robots as machine code, which is compiled first if there is none yet."""
+    """Return the control step of these robots as machine code, which is compiled first if there is
+    none yet."""
     if is_switched_off():
         return lambda i, observation, action: step_robot(robots, parameters, i, observation, action)
     layout = _layout(robots, parameters)
@@ -44,7 +48,8 @@ def load_step(robots: Robots, parameters: StepParameters) -> Step:
 
 
 def _layout(robots: Robots, parameters: StepParameters) -> tuple[tuple[str, str, str, int], ...]:
-    """Return class, name, type and dimensions of every field: all that the machine code depends on."""
+    """Return class, name, type and dimensions of every field: all that the machine code depends
+    on."""
     return tuple(
         (type(owner).__name__, name, value.dtype.name, value.ndim)
         for owner in (robots, parameters)
@@ -133,7 +138,8 @@ def _compile(path: Path, layout: Sequence[tuple[str, str, str, int]]) -> None:
 
 
 def _entry(layout: Sequence[tuple[str, str, str, int]]) -> Callable[..., None]:
-    """Return the function that reads robots and parameters from the table and calls `step_robot`."""
+    """Return the function that reads robots and parameters from the table and calls
+    `step_robot`."""
     fields: dict[str, list[str]] = {"Robots": [], "StepParameters": []}
     at = 0
     for owner, name, dtype, dimensions in layout:
@@ -167,7 +173,8 @@ def entry(address, i, observation, action):
 
 
 def _pointers() -> dict[str, Any]:
-    """Return the names that the generated source uses: numba's functions for pointers and arrays."""
+    """Return the names that the generated source uses: numba's functions for pointers and
+    arrays."""
     from llvmlite import ir
     from numba import carray, types  # type: ignore[attr-defined]
     from numba.extending import intrinsic

@@ -1,4 +1,5 @@
-"""Making the arrays of `state.py`: step parameters from settings, and robots that have not started yet."""
+"""Making the arrays of `state.py`: step parameters from settings, and robots that have not started
+yet."""
 
 from collections.abc import Sequence
 
@@ -61,7 +62,8 @@ def step_parameters(
 def weight_bytes(
     count: int, learning: Learning, life: Life, modules: Sequence[LearningModule] = MODULES
 ) -> int:
-    """Return the bytes of the weights of all agents of `count` robots: nearly all the memory that robots need."""
+    """Return the bytes of the weights of all agents of `count` robots: nearly all the memory that
+    robots need."""
     tiles = learning.tilings * ((learning.distance_tiles + 1) * (learning.bearing_tiles + 1) + 2)
     actions = len(learning.speeds_m_s) * len(learning.turns_rad_s)
     return 8 * count * life.agents * len(modules) * tiles * actions
@@ -70,7 +72,8 @@ def weight_bytes(
 def empty_robots(
     count: int, parameters: StepParameters, agents: int, genes: int, seed: int
 ) -> Robots:
-    """Return `count` robots of zeros, with random streams of their own: no genotypes, no energy, nothing learnt."""
+    """Return `count` robots of zeros, with random streams of their own: no genotypes, no energy,
+    nothing learnt."""
     modules = parameters.targets.shape[0]
     actions = parameters.wheel_speeds.shape[0]
     tilings = parameters.tile_offsets.shape[0]

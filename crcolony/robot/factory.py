@@ -1,4 +1,5 @@
-"""Making robots from their settings: one batch with a row for each, the same for every way to run a colony."""
+"""Making robots from their settings: one batch with a row for each, the same for every way to run a
+colony."""
 
 from collections.abc import Sequence
 
@@ -24,7 +25,8 @@ from crcolony.robot.state import Robots, StepParameters
 def make_robots(
     settings: RobotSettings, names: Sequence[str], streams: NDArray[np.uint64]
 ) -> tuple[Robots, StepParameters, list[Robot]]:
-    """Return robots that have not started; `names` go into the ids of their agents, `streams` is (robots, 2)."""
+    """Return robots that have not started; `names` go into the ids of their agents, `streams` is
+    (robots, 2)."""
     parameters = step_parameters(settings.learning, settings.life, settings.body)
     schema = agent_schema(settings.learning, settings.heredity)
     heredity = settings.heredity
@@ -46,12 +48,14 @@ def make_robots(
 
 
 def numbered_streams(seed: int, first: int, count: int) -> NDArray[np.uint64]:
-    """Return the random streams of robots `first` to `first + count - 1` of a colony, shape (count, 2)."""
+    """Return the random streams of robots `first` to `first + count - 1` of a colony, shape (count,
+    2)."""
     return new_streams(seed, (1,), first + count)[first:]
 
 
 def own_streams(robots: Sequence[bytes]) -> NDArray[np.uint64]:
-    """Return a random stream for each robot from its id, shape (robots, 2): for colonies without numbers."""
+    """Return a random stream for each robot from its id, shape (robots, 2): for colonies without
+    numbers."""
     return np.stack([new_streams(int.from_bytes(robot), (1,), 1)[0] for robot in robots])
 
 

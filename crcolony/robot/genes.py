@@ -1,6 +1,8 @@
-"""The genes of a virtual agent and how they decode: selector weights, meta-parameters, potentials (thesis 3.2, 3.3).
+"""The genes of a virtual agent and how they decode: selector weights, meta-parameters, potentials
+(thesis 3.2, 3.3).
 
-Genes are read straight from the genotype: the compiled step reads the same array that evolution varies.
+Genes are read straight from the genotype: the compiled step reads the same array that evolution
+varies.
 """
 
 from collections.abc import Sequence
@@ -27,7 +29,8 @@ def selector_inputs(modules: Sequence[LearningModule] = MODULES) -> tuple[str, .
 def agent_schema(
     learning: Learning, heredity: Heredity, modules: Sequence[LearningModule] = MODULES
 ) -> Schema:
-    """Return the genes of an agent: selector weights of all modules but the first, then each module's own genes."""
+    """Return the genes of an agent: selector weights of all modules but the first, then each
+    module's own genes."""
     genes: list[Gene] = []
     for module in modules[1:]:
         genes += [
@@ -88,7 +91,8 @@ class MetaParameters:
 
 @dataclass(frozen=True)
 class VirtualAgent:
-    """A decoded genotype, for display and tests: selector weights and each module's learning ability."""
+    """A decoded genotype, for display and tests: selector weights and each module's learning
+    ability."""
 
     selector: FloatArray
     """(outputs, inputs) weights"""

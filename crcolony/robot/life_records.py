@@ -6,7 +6,8 @@ from crcolony.robot.state import Robots
 
 
 def lifetimes_of(robot: Robot, batch: Robots, tick: int, number: int) -> list[Lived]:
-    """Return what every agent of a robot achieved; call it before the turnover. `number` is the robot's."""
+    """Return what every agent of a robot achieved; call it before the turnover. `number` is the
+    robot's."""
     row = robot.row
     return [
         Lived(

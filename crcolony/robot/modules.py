@@ -1,7 +1,7 @@
 """The learning modules of a virtual agent (Paper III, thesis 5.3): one row of a table each.
 
-A module learns to reach its target: the blob it watches, and the observation that says it succeeded. To add a
-module, add a row; genes, selector and learning follow.
+A module learns to reach its target: the blob it watches, and the observation that says it
+succeeded. To add a module, add a row; genes, selector and learning follow.
 """
 
 from dataclasses import dataclass

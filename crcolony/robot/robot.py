@@ -1,7 +1,9 @@
-"""A robot: the controller of a body, shared in time by a subpopulation of virtual agents (Papers II, III; thesis 4.5, 5.3).
+"""A robot: the controller of a body, shared in time by a subpopulation of virtual agents (Papers
+II, III; thesis 4.5, 5.3).
 
-`Robot.step` is the control step. What is rare is here in plain Python: the hand-over to the next agent, a mating,
-and the turnover of a generation. No I/O and no clock: a robot counts control steps and nothing else.
+`Robot.step` is the control step. What is rare is here in plain Python: the hand-over to the next
+agent, a mating, and the turnover of a generation. No I/O and no clock: a robot counts control steps
+and nothing else.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,14 +28,16 @@ _SAVED = tuple(name for name in Robots._fields if name not in SCRATCH)
 
 @dataclass(frozen=True)
 class MatingOffer:
-    """What one robot gives to the other in a mating: an agent's id and genotype, but not its performance."""
+    """What one robot gives to the other in a mating: an agent's id and genotype, but not its
+    performance."""
 
     agent: AgentId
     genes: FloatArray
 
 
 class Robot:
-    """One row of a batch of robots: the only one in a robot's own process, one of many in an in-process colony."""
+    """One row of a batch of robots: the only one in a robot's own process, one of many in an
+    in-process colony."""
 
     def __init__(
         self,
@@ -81,7 +85,8 @@ class Robot:
         return stream
 
     def set_parameters(self, parameters: StepParameters) -> None:
-        """Step with other parameters from now on, as in another body: the same modules and actions, other senses."""
+        """Step with other parameters from now on, as in another body: the same modules and actions,
+        other senses."""
         self._parameters, self._step = parameters, None
 
     def start(self) -> list[Birth]:
@@ -93,10 +98,12 @@ class Robot:
         return births
 
     def step(self, observation: FloatArray) -> FloatArray:
-        """Do one control step: from an observation (OBSERVATION_WIDTH,) to an action (ACTION_WIDTH,).
+        """Do one control step: from an observation (OBSERVATION_WIDTH,) to an action
+        (ACTION_WIDTH,).
 
-        The returned array is overwritten by the next step. Afterwards `events` shows what else has to be done:
-        `mating_offer` and `mate` after an encounter, then `hand_over` when the slice is over.
+        The returned array is overwritten by the next step. Afterwards `events` shows what else has
+        to be done: `mating_offer` and `mate` after an encounter, then `hand_over` when the slice is
+        over.
         """
         if self._step is None:
             self._step = load_step(self._robots, self._parameters)
@@ -109,9 +116,11 @@ class Robot:
         return MatingOffer(self.subpopulation.ids[agent], self.subpopulation.genotypes[agent])
 
     def mate(self, partner: MatingOffer, agent: int | None = None) -> Offspring | None:
-        """Decide, by its energy, whether an agent conceives an offspring with the partner; return it if so.
+        """Decide, by its energy, whether an agent conceives an offspring with the partner; return
+        it if so.
 
-        The agent is the one in control, unless the index of another is given: the one that met the partner.
+        The agent is the one in control, unless the index of another is given: the one that met the
+        partner.
         """
         agent = self.agent if agent is None else agent
         energy = float(self._robots.energies[self.row, agent])
@@ -125,7 +134,8 @@ class Robot:
         )
 
     def hand_over(self) -> bool:
-        """Give control to the next agent; return False if every agent has had its slices: time for a turnover."""
+        """Give control to the next agent; return False if every agent has had its slices: time for
+        a turnover."""
         robots, row = self._robots, self.row
         following = self._time_sharing.next_agent(
             self.subpopulation.turns, self._performance(), generator(self.stream)
@@ -139,7 +149,8 @@ class Robot:
         return True
 
     def turn_over(self, agents: Sequence[NewAgent] | None = None) -> list[Birth]:
-        """Start the next generation with offspring from the own pool, or with given agents; return the births."""
+        """Start the next generation with offspring from the own pool, or with given agents; return
+        the births."""
         self.generation += 1
         if agents is None:
             agents = self.subpopulation.draw_next_generation(generator(self.stream))
@@ -169,7 +180,8 @@ class Robot:
         return performance
 
     def save(self) -> dict[str, Any]:
-        """Return all there is of the robot, as copies: arrays by field, its subpopulation, and its counters."""
+        """Return all there is of the robot, as copies: arrays by field, its subpopulation, and its
+        counters."""
         return {
             "arrays": {name: np.array(getattr(self._robots, name)[self.row]) for name in _SAVED},
             "subpopulation": self.subpopulation.save(),

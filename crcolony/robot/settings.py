@@ -1,4 +1,5 @@
-"""The settings of a robot: how it learns, how it lives, how it has offspring. The defaults make a colony that evolves."""
+"""The settings of a robot: how it learns, how it lives, how it has offspring. The defaults make a
+colony that evolves."""
 
 from typing import Annotated, Literal, Protocol
 
@@ -15,7 +16,8 @@ Tiles = Annotated[int, Meta(ge=1, le=100)]
 
 
 class Learning(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Sarsa(lambda) with tile coding and potential-based shaping, the same in every learning module."""
+    """Sarsa(lambda) with tile coding and potential-based shaping, the same in every learning
+    module."""
 
     tilings: Tiles = 6
     distance_tiles: Tiles = 7
@@ -47,7 +49,8 @@ class Life(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     initial_energy: Annotated[float, Meta(gt=0.0, le=1.0)] = 0.5
     energy_per_step: Share = 0.001
     refractory_steps: Annotated[int, Meta(ge=0, le=100_000)] = 25
-    """After a mating the beacon stays off, and faces count as not visible, for so many control steps."""
+    """After a mating the beacon stays off, and faces count as not visible, for so many control
+    steps."""
     conception_threshold: Share = 0.0
     conception_exponent: NotNegative = 1.0
     """Conception has probability energy ** exponent, and none below the threshold."""
@@ -68,14 +71,16 @@ class Heredity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     highest_lambda: Share = 1.0
     highest_tau: NotNegative = 1.0
     highest_tau_decay: NotNegative = 0.2
-    """Meta-parameters of the first generation are uniform from 0 to these; they never exceed them."""
+    """Meta-parameters of the first generation are uniform from 0 to these; they never exceed
+    them."""
     tau_decay_mutation_sd: NotNegative = 0.03
     potential_sd: NotNegative = 0.3
     potential_mutation_sd: NotNegative = 0.2
 
 
 class RobotSettings(Protocol):
-    """All that decides what a robot is, whoever reads it from which file; `crcolony.config.Config` is one."""
+    """All that decides what a robot is, whoever reads it from which file; `crcolony.config.Config`
+    is one."""
 
     @property
     def learning(self) -> Learning: ...

@@ -1,4 +1,5 @@
-"""All there is of the robots, as arrays whose first axis is the robot: a robot process has one row, a colony N.
+"""All there is of the robots, as arrays whose first axis is the robot: a robot process has one row,
+a colony N.
 
 N robots, A agents in each, G genes, M modules, T tiles, K actions, L tilings.
 """
@@ -13,7 +14,8 @@ from crcolony.compiled import FloatArray, IntArray
 
 
 class StepParameters(NamedTuple):
-    """What is the same in all robots and never changes: settings and modules as compiled code reads them."""
+    """What is the same in all robots and never changes: settings and modules as compiled code reads
+    them."""
 
     targets: IntArray
     """(M,) observation column of the blob that each module watches"""
@@ -36,7 +38,8 @@ class StepParameters(NamedTuple):
     tile_offsets: FloatArray
     """(L, 2) displacement of every tiling, in tiles"""
     grid_tiles: int
-    """Tiles of all tilings over distance and bearing; two a tiling follow them, for a target out of sight"""
+    """Tiles of all tilings over distance and bearing; two a tiling follow them, for a target out of
+    sight"""
     potential_distances_m: FloatArray
     """Centres of the potential along the distance"""
     potential_distance_width_m: float
@@ -101,7 +104,8 @@ class Robots(NamedTuple):
     weights: FloatArray
     """(N, A, M, T, K) what the agents have learnt: Theta of Algorithm 2.2"""
     traces: FloatArray
-    """(N, T, 3) see `learning/traces.py`; cleared when module or agent change, so that one table serves all"""
+    """(N, T, 3) see `learning/traces.py`; cleared when module or agent change, so that one table
+    serves all"""
     traced_tiles: IntArray
     """(N, T) see `learning/traces.py`: the tiles that have a trace"""
     trace_totals: FloatArray
@@ -143,7 +147,8 @@ FORMER_NAMES = {
     "live": "traced_tiles",
     "clock": "trace_totals",
 }
-"""Names under which earlier versions saved a field, and its name now: snapshots of theirs stay readable."""
+"""Names under which earlier versions saved a field, and its name now: snapshots of theirs stay
+readable."""
 
 
 def with_present_names(arrays: Mapping[str, Any]) -> dict[str, Any]:

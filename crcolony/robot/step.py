@@ -1,7 +1,8 @@
-"""One control step of a robot: energy, selection of a module, learning (Algorithm 2.2 with eq. 3.1), action (Paper III).
+"""One control step of a robot: energy, selection of a module, learning (Algorithm 2.2 with eq.
+3.1), action (Paper III).
 
-This is the readable definition and the compiled code at once, for one robot of a batch. What is rare (a mating, a
-hand-over, a turnover) is only marked here, as an event, and done in `robot.py`.
+This is the readable definition and the compiled code at once, for one robot of a batch. What is
+rare (a mating, a hand-over, a turnover) is only marked here, as an event, and done in `robot.py`.
 """
 
 from crcolony.body import contract
@@ -21,9 +22,11 @@ from crcolony.robot.state import DIED, MET, SLICE_OVER, Robots, StepParameters
 def step_robot(
     robots: Robots, parameters: StepParameters, i: int, observation: FloatArray, action: FloatArray
 ) -> None:
-    """Advance robot i by one control step: read its observation (row), write its action (row) and its events.
+    """Advance robot i by one control step: read its observation (row), write its action (row) and
+    its events.
 
-    The step that ends a slice learns from the last action and then stops the wheels, for the next agent to start.
+    The step that ends a slice learns from the last action and then stops the wheels, for the next
+    agent to start.
     """
     agent = robots.agent[i]
     robots.events[i] = 0
@@ -47,7 +50,8 @@ def step_robot(
 def step_robots(
     robots: Robots, parameters: StepParameters, observations: FloatArray, actions: FloatArray
 ) -> int:
-    """Advance all robots by one control step, rows (N, width) each; return the bits of all events together."""
+    """Advance all robots by one control step, rows (N, width) each; return the bits of all events
+    together."""
     events = 0
     for i in range(robots.agent.shape[0]):
         step_robot(robots, parameters, i, observations[i], actions[i])
@@ -59,7 +63,8 @@ def step_robots(
 def _update_energy(
     robots: Robots, parameters: StepParameters, i: int, agent: int, observation: FloatArray
 ) -> None:
-    """Add the charge and subtract the cost of a step; count captures and encounters; the agent dies at 0."""
+    """Add the charge and subtract the cost of a step; count captures and encounters; the agent dies
+    at 0."""
     charge = observation[contract.CHARGE]
     energy = next_energy(robots.energies[i, agent], charge, parameters.energy_per_step)
     robots.energies[i, agent] = energy
@@ -94,9 +99,11 @@ def _update_visibility(
 
 @compiled
 def select_module(genes: FloatArray, energy: float, visible: FloatArray, modules: int) -> int:
-    """Return the module with the largest selector output; the first module's output is 0 by definition.
+    """Return the module with the largest selector output; the first module's output is 0 by
+    definition.
 
-    `genes` begins with a row for every other module: weights of the bias, the energy, and each visible target.
+    `genes` begins with a row for every other module: weights of the bias, the energy, and each
+    visible target.
     """
     best, highest = 0, 0.0
     inputs = 2 + modules
@@ -114,10 +121,11 @@ def select_module(genes: FloatArray, energy: float, visible: FloatArray, modules
 def _learn_and_select(
     robots: Robots, parameters: StepParameters, i: int, agent: int, observation: FloatArray
 ) -> None:
-    """Select the module in control; learn from the last action (Algorithm 2.2); select the next one.
+    """Select the module in control; learn from the last action (Algorithm 2.2); select the next
+    one.
 
-    A module that loses control learns from its last action as well, as if the greedy action were next; then its
-    traces are cleared.
+    A module that loses control learns from its last action as well, as if the greedy action were
+    next; then its traces are cleared.
     """
     genes = robots.genotypes[i, agent]
     modules = parameters.targets.shape[0]
@@ -163,9 +171,11 @@ def _evaluate_state(
     module: int,
     observation: FloatArray,
 ) -> float:
-    """Write a module's active tiles and action values of the present state to scratch; return its potential.
+    """Write a module's active tiles and action values of the present state to scratch; return its
+    potential.
 
-    A target out of sight has two tiles of its own in every tiling (last seen left, last seen right) and no potential.
+    A target out of sight has two tiles of its own in every tiling (last seen left, last seen right)
+    and no potential.
     """
     genes = robots.genotypes[i, agent]
     own = parameters.selector_genes + module * parameters.module_genes
@@ -219,7 +229,8 @@ def _learn(
     potential: float,
     following: int,
 ) -> None:
-    """Update the module's weights by the TD error of the last action, with shaping (eq. 2.25 and 3.1)."""
+    """Update the module's weights by the TD error of the last action, with shaping (eq. 2.25 and
+    3.1)."""
     own = parameters.selector_genes + module * parameters.module_genes
     gamma = robots.genotypes[i, agent, own + GAMMA]
     reward = 1.0 if observation[parameters.successes[module]] > 0.0 else 0.0
@@ -236,7 +247,8 @@ def _learn(
 
 @compiled
 def _release_module(robots: Robots, parameters: StepParameters, i: int, agent: int) -> None:
-    """Clear the traces of the module in control, after its pending updates were applied; none is in control then."""
+    """Clear the traces of the module in control, after its pending updates were applied; none is in
+    control then."""
     module = robots.module[i]
     if module < 0:
         return

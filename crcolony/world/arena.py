@@ -1,4 +1,5 @@
-"""The simulated arena, shared by all robots (thesis 4.6): it owns the arrays of the world and their physics."""
+"""The simulated arena, shared by all robots (thesis 4.6): it owns the arrays of the world and their
+physics."""
 
 import math
 from collections.abc import Mapping
@@ -24,14 +25,17 @@ _MAX_NEAR = 512
 _MAX_TRIES = 500
 """Random positions that are tried for a robot."""
 _FAR_M = 1e5
-"""Slots without a body are kept here: beyond any arena (at most 10 km) and the range of any sense in it."""
+"""Slots without a body are kept here: beyond any arena (at most 10 km) and the range of any sense
+in it."""
 
 
 class Arena:
-    """A rectangle with robots, packs, walls and pillars. `world` is all of it; compiled code works on that.
+    """A rectangle with robots, packs, walls and pillars. `world` is all of it; compiled code works
+    on that.
 
-    It has a slot for every robot. All slots have a body from the start, or, if not `embodied`, none has until
-    `embody` is called. Raises ValueError naming the setting if robots, packs or obstacles do not fit.
+    It has a slot for every robot. All slots have a body from the start, or, if not `embodied`, none
+    has until `embody` is called. Raises ValueError naming the setting if robots, packs or obstacles
+    do not fit.
     """
 
     def __init__(
@@ -55,7 +59,8 @@ class Arena:
                 self.remove(slot)
 
     def embody(self, slot: int, colony: int) -> None:
-        """Add a new body at its home, where the seed placed it, or at a random position if that is not free.
+        """Add a new body at its home, where the seed placed it, or at a random position if that is
+        not free.
 
         Raises ValueError if the slot has a body already, or no free position is found.
         """
@@ -92,7 +97,8 @@ class Arena:
         self.update_cells()
 
     def _clear_encounters_with(self, slot: int) -> None:
-        """Remove encounters with a slot from what robots will observe: another robot may have the slot by then."""
+        """Remove encounters with a slot from what robots will observe: another robot may have the
+        slot by then."""
         world = self.world
         world.partners[world.partners == slot] = -1
         rows = world.observations
@@ -105,7 +111,8 @@ class Arena:
             rows[met, column] = none
 
     def observe(self) -> FloatArray:
-        """Return what every robot observes now, shape (N, OBSERVATION_WIDTH); call it once after every `integrate`."""
+        """Return what every robot observes now, shape (N, OBSERVATION_WIDTH); call it once after
+        every `integrate`."""
         observe(self.world)
         due: FloatArray = self.world.observations[-1]
         return due
@@ -124,7 +131,8 @@ class Arena:
         integrate(self.world)
 
     def save(self) -> dict[str, np.ndarray]:
-        """Return copies of all that changes in the world: an arena that restores them has the same future."""
+        """Return copies of all that changes in the world: an arena that restores them has the same
+        future."""
         return {name: getattr(self.world, name).copy() for name in SAVED}
 
     def restore(self, saved: Mapping[str, np.ndarray]) -> None:
@@ -168,7 +176,8 @@ class Arena:
         raise ValueError(f"arena: no free place is found beside {taken.shape[0]} robots")
 
     def _is_free(self, x: float, y: float, taken: FloatArray) -> bool:
-        """Return whether a robot at x, y (m) would touch no pillar, no inner wall and no other at `taken` (n, 2)."""
+        """Return whether a robot at x, y (m) would touch no pillar, no inner wall and no other at
+        `taken` (n, 2)."""
         radius_m, pillars = self.world.rules.radius_m, self.world.pillars
         others_m = np.hypot(taken[:, 0] - x, taken[:, 1] - y)
         pillars_m = np.hypot(pillars[:, 0] - x, pillars[:, 1] - y) - pillars[:, 2]

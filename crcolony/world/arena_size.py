@@ -1,4 +1,5 @@
-"""The size of an arena, its number of packs, and whether everything fits: checked before anything is built."""
+"""The size of an arena, its number of packs, and whether everything fits: checked before anything
+is built."""
 
 import math
 
@@ -7,7 +8,8 @@ from crcolony.world.settings import ArenaSettings
 
 
 def size_m(arena: ArenaSettings, robots: int) -> tuple[float, float]:
-    """Return width and height (m): as set, or those of a square that grows with the number of robots."""
+    """Return width and height (m): as set, or those of a square that grows with the number of
+    robots."""
     width_m = arena.width_m or math.sqrt(arena.area_per_robot_m2 * robots)
     return width_m, arena.height_m or width_m
 

@@ -1,4 +1,5 @@
-"""The camera (thesis 4.6): battery packs, faces and tail lamps as blobs with distance and bearing."""
+"""The camera (thesis 4.6): battery packs, faces and tail lamps as blobs with distance and
+bearing."""
 
 import math
 
@@ -12,10 +13,11 @@ from crcolony.world.state import World
 def is_hidden(
     world: World, count: int, x: float, y: float, dx: float, dy: float, target: int
 ) -> bool:
-    """Return whether something stands between a robot at x, y and the point dx, dy (m) away from it.
+    """Return whether something stands between a robot at x, y and the point dx, dy (m) away from
+    it.
 
-    `world.near_bodies` has the `count` bodies around the robot. The body `target` (or -1) hides nothing, and neither
-    does the robot itself, because the line of sight starts at its centre.
+    `world.near_bodies` has the `count` bodies around the robot. The body `target` (or -1) hides
+    nothing, and neither does the robot itself, because the line of sight starts at its centre.
     """
     squared_m2 = dx * dx + dy * dy
     radius_m = world.rules.radius_m
@@ -76,7 +78,8 @@ def wall_crossing(wall: FloatArray, x: float, y: float, dx: float, dy: float) ->
 
 @compiled
 def is_in_view(ahead_m: float, squared_m2: float, cosine: float) -> bool:
-    """Return whether a point, `ahead_m` along the heading, lies within an angle given by its cosine."""
+    """Return whether a point, `ahead_m` along the heading, lies within an angle given by its
+    cosine."""
     return ahead_m * abs(ahead_m) >= cosine * abs(cosine) * squared_m2
 
 

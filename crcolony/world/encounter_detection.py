@@ -1,4 +1,5 @@
-"""Encounters (thesis 4.5, 5.2): two robots of a colony, beacons on, face each other within infrared range."""
+"""Encounters (thesis 4.5, 5.2): two robots of a colony, beacons on, face each other within infrared
+range."""
 
 import numpy as np
 
@@ -15,7 +16,8 @@ _NONCE_SHIFT = np.uint64(16)
 
 @compiled
 def detect_encounters(world: World) -> None:
-    """Write whom every robot encounters: at most one other, the nearest pair first, then the smaller index."""
+    """Write whom every robot encounters: at most one other, the nearest pair first, then the
+    smaller index."""
     world.partners[:] = -1
     pairs = 0
     for i in range(world.poses.shape[0]):
@@ -29,8 +31,8 @@ def detect_encounters(world: World) -> None:
 def _match_nearest(world: World, pairs: int) -> bool:
     """Match all pairs that are each other's nearest; return whether there was one.
 
-    Repeated until there is none, this has the same result as to match the nearest pair of all again and again, and
-    is much faster in a crowd.
+    Repeated until there is none, this has the same result as to match the nearest pair of all again
+    and again, and is much faster in a crowd.
     """
     for k in range(pairs):
         for end in (1, 2):
@@ -54,7 +56,8 @@ def _match_nearest(world: World, pairs: int) -> bool:
 
 @compiled
 def _comes_before(world: World, k: int, best: int) -> bool:
-    """Return whether contact k is nearer than contact `best` (-1: none), or as near and of smaller indices."""
+    """Return whether contact k is nearer than contact `best` (-1: none), or as near and of smaller
+    indices."""
     if best < 0:
         return True
     for column in range(3):
@@ -67,7 +70,8 @@ def _comes_before(world: World, k: int, best: int) -> bool:
 
 @compiled
 def _collect_pairs(world: World, i: int, pairs: int) -> int:
-    """Append the pairs (i, j > i) that could have an encounter to `world.contacts`; return how many it has now."""
+    """Append the pairs (i, j > i) that could have an encounter to `world.contacts`; return how many
+    it has now."""
     rules = world.rules
     x, y = world.poses[i, 0], world.poses[i, 1]
     count = collect_near(

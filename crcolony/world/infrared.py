@@ -1,4 +1,5 @@
-"""The infrared sensors (thesis 4.6): a range sensor ahead and seven proximity sensors around the front."""
+"""The infrared sensors (thesis 4.6): a range sensor ahead and seven proximity sensors around the
+front."""
 
 import math
 
@@ -13,7 +14,8 @@ _SPREAD_RAD = math.pi
 
 @compiled
 def cast_ray(world: World, i: int, count: int, angle_rad: float, range_m: float) -> float:
-    """Return how far from robot i's centre a ray at a bearing hits a surface (m), at most `range_m`.
+    """Return how far from robot i's centre a ray at a bearing hits a surface (m), at most
+    `range_m`.
 
     `world.near_bodies` has the `count` bodies around the robot.
     """
@@ -51,7 +53,8 @@ def cast_ray(world: World, i: int, count: int, angle_rad: float, range_m: float)
 
 @compiled
 def _disc_distance_m(cx: float, cy: float, radius_m: float, dx: float, dy: float) -> float:
-    """Return how far a ray from the origin in direction dx, dy (of length 1) hits a disc at cx, cy, or inf."""
+    """Return how far a ray from the origin in direction dx, dy (of length 1) hits a disc at cx, cy,
+    or inf."""
     along = cx * dx + cy * dy
     if along <= 0.0:
         return math.inf
@@ -64,7 +67,8 @@ def _disc_distance_m(cx: float, cy: float, radius_m: float, dx: float, dy: float
 
 @compiled
 def sense_infrared(world: World, i: int, count: int, row: FloatArray) -> None:
-    """Write the range sensor and the proximity sensors, measured from the hull, to an observation (row).
+    """Write the range sensor and the proximity sensors, measured from the hull, to an observation
+    (row).
 
     `world.near_bodies` has the `count` bodies around robot i.
     """

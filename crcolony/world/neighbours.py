@@ -1,4 +1,5 @@
-"""Neighbour search: points sorted into square cells, so that a search visits only the cells around a place."""
+"""Neighbour search: points sorted into square cells, so that a search visits only the cells around
+a place."""
 
 import math
 from typing import NamedTuple
@@ -48,7 +49,8 @@ def _cell_along(position: float, corner: float, per_metre: float, cells: int) ->
 
 @compiled
 def sort_into_cells(cells: Cells, positions: FloatArray) -> None:
-    """Sort points (points, 2 or more columns: x, y in m) into their cells, in the order of their index."""
+    """Sort points (points, 2 or more columns: x, y in m) into their cells, in the order of their
+    index."""
     columns, rows = cells.shape[0], cells.shape[1]
     start, cell = cells.start, cells.cell
     start[:] = 0
@@ -71,10 +73,11 @@ def sort_into_cells(cells: Cells, positions: FloatArray) -> None:
 def collect_near(
     cells: Cells, positions: FloatArray, x: float, y: float, range_m: float, found: FloatArray
 ) -> int:
-    """Write the points within `range_m` of x, y (m) to the rows of `found` (most, 4); return how many.
+    """Write the points within `range_m` of x, y (m) to the rows of `found` (most, 4); return how
+    many.
 
-    A row is the index of a point, its distance along x and along y (m), and its squared distance (m^2). Points
-    beyond the length of `found` are left out.
+    A row is the index of a point, its distance along x and along y (m), and its squared distance
+    (m^2). Points beyond the length of `found` are left out.
     """
     corner_x, corner_y, per_metre = cells.grid[0], cells.grid[1], cells.grid[2]
     columns, rows = cells.shape[0], cells.shape[1]

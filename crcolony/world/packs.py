@@ -1,4 +1,5 @@
-"""Battery packs and jaws (thesis 4.6): a pack in a jaw charges its holder, and an empty one is replaced."""
+"""Battery packs and jaws (thesis 4.6): a pack in a jaw charges its holder, and an empty one is
+replaced."""
 
 import math
 
@@ -53,7 +54,8 @@ def _is_clear(world: World, pack: int, x: float, y: float) -> bool:
 
 @compiled
 def update_jaws(world: World) -> None:
-    """Latch every closed jaw on a pack in reach and transfer its charge; release the packs of open jaws."""
+    """Latch every closed jaw on a pack in reach and transfer its charge; release the packs of open
+    jaws."""
     for i in range(world.poses.shape[0]):
         world.charges[i] = 0.0
         if world.actions[i, contract.JAW] >= 0.5:
@@ -88,7 +90,8 @@ def _latch(world: World, i: int) -> None:
 
 @compiled
 def _transfer_charge(world: World, i: int, pack: int) -> None:
-    """Charge robot i from the pack in its jaw, and carry the pack along; replace it when it is empty."""
+    """Charge robot i from the pack in its jaw, and carry the pack along; replace it when it is
+    empty."""
     rules = world.rules
     taken = min(rules.pack_charge_per_step, world.pack_charges[pack])
     world.charges[i] = taken

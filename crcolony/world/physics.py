@@ -1,16 +1,18 @@
 """Rigid bodies (the world of thesis 4.6): pymunk builds and owns the space, compiled code steps it.
 
-pymunk wraps the C library Chipmunk and exports its functions. Compiled code calls them by name, so a tick never
-returns to Python; `Space.step_from_python` makes the same calls through pymunk's own binding, for tests.
+pymunk wraps the C library Chipmunk and exports its functions. Compiled code calls them by name, so
+a tick never returns to Python; `Space.step_from_python` makes the same calls through pymunk's own
+binding, for tests.
 
-Chipmunk moves bodies first and resolves contacts afterwards, and it carries contact forces from step to step. Here
-the order is reversed and the forces are cleared: the next poses depend on nothing but the poses and the wheels, so
-that an arena can be saved and restored at any moment without changing its future.
+Chipmunk moves bodies first and resolves contacts afterwards, and it carries contact forces from
+step to step. Here the order is reversed and the forces are cleared: the next poses depend on
+nothing but the poses and the wheels, so that an arena can be saved and restored at any moment
+without changing its future.
 
-1. Contact forces of earlier steps are cleared. Velocities are set to zero and wheel speeds are given as forces (with
-   damping 0 a body has no momentum of its own: its wheels grip the ground).
-2. `cpSpaceStep` moves nothing, finds the contacts at the present poses, and turns forces into velocities that
-   respect them.
+1. Contact forces of earlier steps are cleared. Velocities are set to zero and wheel speeds are
+   given as forces (with damping 0 a body has no momentum of its own: its wheels grip the ground).
+2. `cpSpaceStep` moves nothing, finds the contacts at the present poses, and turns forces into
+   velocities that respect them.
 3. `cpBodyUpdatePosition` moves every body by that velocity and pushes overlapping bodies apart.
 
 A spatial hash, filled again in every step, keeps the order of contacts independent of the past.
@@ -63,7 +65,8 @@ _COMMAND_WIDTH = 9
 _STATE_WIDTH = 6
 """Numbers of a body in the state batch."""
 _SPARE = 64
-"""Room beyond a batch: Chipmunk reallocates a full array, which must not happen to memory that numpy owns."""
+"""Room beyond a batch: Chipmunk reallocates a full array, which must not happen to memory that
+numpy owns."""
 
 _SOLVER_ITERATIONS = 4
 """Enough for round bodies that push one another; more costs time and changes little."""
@@ -193,9 +196,11 @@ def _as_address(pointer: Any) -> int:
 def write_commands(
     physics: Physics, poses: FloatArray, wheel_speeds: FloatArray, track_m: float, step_s: float
 ) -> None:
-    """Write what a physics step starts from: poses (robots, 3), and wheel speeds (robots, 2) (m/s) as forces.
+    """Write what a physics step starts from: poses (robots, 3), and wheel speeds (robots, 2) (m/s)
+    as forces.
 
-    The force points along the heading at the middle of the step, which makes a free robot follow its arc exactly.
+    The force points along the heading at the middle of the step, which makes a free robot follow
+    its arc exactly.
     """
     mass_kg, moment = physics.inertia[0], physics.inertia[1]
     for i in range(poses.shape[0]):
@@ -217,7 +222,8 @@ def write_commands(
 
 @compiled
 def step_physics(physics: Physics, step_s: float) -> None:
-    """Do one step of Chipmunk: clear contacts, resolve contacts, move (see the top of this file)."""
+    """Do one step of Chipmunk: clear contacts, resolve contacts, move (see the top of this
+    file)."""
     addresses = physics.addresses
     physics.command_count[0] = 0
     _each_body(addresses[0], addresses[1], addresses[2])
@@ -231,7 +237,8 @@ def step_physics(physics: Physics, step_s: float) -> None:
 
 @compiled
 def read_states(physics: Physics, poses: FloatArray, velocities: FloatArray) -> None:
-    """Read poses (x, y in m, heading in (-pi, pi]) and velocities (m/s, m/s, rad/s), (robots, 3) each."""
+    """Read poses (x, y in m, heading in (-pi, pi]) and velocities (m/s, m/s, rad/s), (robots, 3)
+    each."""
     for i in range(poses.shape[0]):
         at = i * _STATE_WIDTH
         heading = physics.state[at + 2]

@@ -35,7 +35,9 @@ class ArenaSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_
     inner_walls: tuple[tuple[Coordinate, Coordinate, Coordinate, Coordinate], ...] = ()
     """Straight obstacles: from x, y to x, y, in metres from the middle of the arena."""
     wall_turn_rad: Angle = 0.0
-    """Reflex: a robot that touches an outer wall turns by a random angle up to this; 0: walls only stop it."""
+    """Reflex: a robot that touches an outer wall turns by a random angle up to this; 0: walls only
+    stop it."""
     control_period_s: Positive = 0.2
     physics_steps: Annotated[int, Meta(ge=1, le=100)] = 1
-    """Physics steps in a control period, at least: there are more where a fast robot would jump over a wall."""
+    """Physics steps in a control period, at least: there are more where a fast robot would jump
+    over a wall."""

@@ -102,7 +102,8 @@ class World(NamedTuple):
     near_packs: FloatArray
     """scratch (packs, 4): packs near one robot, rows as of `collect_near`"""
     contacts: FloatArray
-    """scratch (pairs, 3): pairs that could have an encounter: squared distance (m^2) and both slots"""
+    """scratch (pairs, 3): pairs that could have an encounter: squared distance (m^2) and both
+    slots"""
     nearest: IntArray
     """scratch (N,): index of every robot's nearest contact"""
     robot_cells: Cells
@@ -143,7 +144,8 @@ FORMER_NAMES = {
     "wheels": "wheel_speeds",
     "left_s": "ttl_left_s",
 }
-"""Names under which earlier versions saved a field, and its name now: checkpoints of theirs stay readable."""
+"""Names under which earlier versions saved a field, and its name now: checkpoints of theirs stay
+readable."""
 
 
 def with_present_names(arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

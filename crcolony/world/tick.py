@@ -1,7 +1,9 @@
-"""One tick of the world: bodies move and collide, jaws latch, robots encounter each other, all bodies sense.
+"""One tick of the world: bodies move and collide, jaws latch, robots encounter each other, all
+bodies sense.
 
-The order of a tick is that of `integrate` and `observe`. Nothing here returns to Python. No random number is drawn
-for a slot without a body, so that the other bodies move as if the slot did not exist.
+The order of a tick is that of `integrate` and `observe`. Nothing here returns to Python. No random
+number is drawn for a slot without a body, so that the other bodies move as if the slot did not
+exist.
 """
 
 import math
@@ -23,6 +25,8 @@ from crcolony.world.state import World
 
 _MAX_STEP_RADII = 0.6
 """Share of its radius that a robot moves at most in one physics step."""
+_ROUNDING_S = 1e-9
+"""A time to live below this is what rounding has left: it is over."""
 _BEARINGS = (
     contract.PACK + contract.BEARING,
     contract.FACE + contract.BEARING,
@@ -33,7 +37,8 @@ _BEARINGS = (
 
 @compiled
 def step_world(world: World, actions: FloatArray, fresh: NDArray[np.bool_]) -> None:
-    """Set the actions (robots, ACTION_WIDTH) that are fresh (robots,), simulate a control period, and observe."""
+    """Set the actions (robots, ACTION_WIDTH) that are fresh (robots,), simulate a control period,
+    and observe."""
     for i in range(actions.shape[0]):
         if fresh[i]:
             set_action(world, i, actions[i])
@@ -43,7 +48,8 @@ def step_world(world: World, actions: FloatArray, fresh: NDArray[np.bool_]) -> N
 
 @compiled
 def set_action(world: World, i: int, action: FloatArray) -> None:
-    """Set a fresh action (ACTION_WIDTH,) of robot i, within its limits; it is applied after the action latency.
+    """Set a fresh action (ACTION_WIDTH,) of robot i, within its limits; it is applied after the
+    action latency.
 
     Nothing happens if there is no body in slot i.
     """
@@ -56,7 +62,8 @@ def set_action(world: World, i: int, action: FloatArray) -> None:
 
 @compiled
 def integrate(world: World) -> None:
-    """Simulate one control period: from the actions that were set to new poses, charges and encounters."""
+    """Simulate one control period: from the actions that were set to new poses, charges and
+    encounters."""
     rules = world.rules
     _apply_actions(world)
     steps = _physics_steps(world)
@@ -78,11 +85,12 @@ def integrate(world: World) -> None:
 
 @compiled
 def _apply_actions(world: World) -> None:
-    """Apply the actions that are due; a robot whose last action is older than its time to live stops."""
+    """Apply the actions that are due; a robot whose last action is older than its time to live
+    stops."""
     period_s = world.rules.period_s
     delay = world.pending.shape[0] - 1
     for i in range(world.actions.shape[0]):
-        is_expired = world.ttl_left_s[i] <= 0.0
+        is_expired = world.ttl_left_s[i] <= _ROUNDING_S
         world.ttl_left_s[i] -= period_s
         for column in range(contract.ACTION_WIDTH):
             if is_expired:
@@ -96,7 +104,8 @@ def _apply_actions(world: World) -> None:
 
 @compiled
 def _physics_steps(world: World) -> int:
-    """Return the physics steps of this period: more than set where a robot would jump over a wall in one."""
+    """Return the physics steps of this period: more than set where a robot would jump over a wall
+    in one."""
     rules = world.rules
     fastest = 0.0
     for i in range(world.wheel_speeds.shape[0]):
@@ -107,7 +116,8 @@ def _physics_steps(world: World) -> int:
 
 @compiled
 def _turn_at_walls(world: World) -> None:
-    """Turn every robot that touches an outer wall by a random angle: the reflex that `wall_turn_rad` sets."""
+    """Turn every robot that touches an outer wall by a random angle: the reflex that
+    `wall_turn_rad` sets."""
     rules = world.rules
     reach_x = 0.5 * rules.width_m - rules.radius_m - 1e-9
     reach_y = 0.5 * rules.height_m - rules.radius_m - 1e-9
@@ -150,7 +160,8 @@ def observe(world: World) -> None:
 
 @compiled
 def _shift_delay_line(observations: FloatArray) -> None:
-    """Move every observation (latency + 1, N, OBSERVATION_WIDTH) back by one, and clear the first for the newest."""
+    """Move every observation (latency + 1, N, OBSERVATION_WIDTH) back by one, and clear the first
+    for the newest."""
     ages, robots, width = observations.shape
     for age in range(ages - 1, -1, -1):
         for i in range(robots):
@@ -173,7 +184,8 @@ def _neighbour_range_m(world: World) -> float:
 
 @compiled
 def _sense_inertial(world: World, i: int, row: FloatArray) -> None:
-    """Write gyro, accelerometer and wheel speeds; the accelerometer compares with the last control period."""
+    """Write gyro, accelerometer and wheel speeds; the accelerometer compares with the last control
+    period."""
     period_s = world.rules.period_s
     vx, vy, turn = world.velocities[i, 0], world.velocities[i, 1], world.velocities[i, 2]
     ahead = vx * world.headings[i, 0] + vy * world.headings[i, 1]
@@ -201,7 +213,8 @@ def _sense_proprioception(world: World, i: int, row: FloatArray) -> None:
 
 @compiled
 def _add_noise(world: World, row: FloatArray) -> None:
-    """Add Gaussian noise to an observation (row) (Box and Muller 1958), but not to blobs that are not visible."""
+    """Add Gaussian noise to an observation (row) (Box and Muller 1958), but not to blobs that are
+    not visible."""
     for column in range(row.shape[0]):
         deviation = world.noise[column]
         if deviation == 0.0 or (column < contract.IR_RANGE and row[column] == 0.0):

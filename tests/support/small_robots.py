@@ -50,7 +50,8 @@ def new_robots(
 
 
 def random_observation(rng: np.random.Generator) -> FloatArray:
-    """Return a random observation with packs and faces, and now and then a charge or an encounter."""
+    """Return a random observation with packs and faces, and now and then a charge or an
+    encounter."""
     row = np.zeros(contract.OBSERVATION_WIDTH)
     for blob in (contract.PACK, contract.FACE, contract.TAIL):
         if rng.random() < 0.6:

@@ -1,4 +1,5 @@
-"""The step compiled ahead of time is the compiled step: the same robots, bit for bit, without a compiler."""
+"""The step compiled ahead of time is the compiled step: the same robots, bit for bit, without a
+compiler."""
 
 import subprocess
 import sys

@@ -9,7 +9,8 @@ from crcolony.robot.settings import Learning, Life
 
 
 def test_actions_are_all_pairs_of_a_speed_and_a_turn_as_wheel_speeds() -> None:
-    """The mean of both wheels is the speed, and their difference over the track is the turning rate."""
+    """The mean of both wheels is the speed, and their difference over the track is the turning
+    rate."""
     learning, rodent = Learning(), CyberRodent()
     wheel_speeds = step_parameters(learning, Life(), rodent).wheel_speeds
     pairs = [(v, w) for v in learning.speeds_m_s for w in learning.turns_rad_s]
@@ -36,7 +37,8 @@ def test_only_a_refractory_module_has_a_refractory_time() -> None:
 
 
 def test_robots_have_random_streams_of_their_own() -> None:
-    """All robots of a colony and of two seeds draw different numbers, and one seed gives the same ones."""
+    """All robots of a colony and of two seeds draw different numbers, and one seed gives the same
+    ones."""
     parameters = step_parameters(Learning(), Life(), CyberRodent())
     one, same, other = (empty_robots(50, parameters, 1, 1, seed).streams for seed in (1, 1, 2))
     assert np.array_equal(one, same)

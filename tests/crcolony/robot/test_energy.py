@@ -15,7 +15,8 @@ def test_energy_stays_between_0_and_1(energy: float, charge: float, after: float
 
 
 def test_the_probability_of_conception_is_a_power_of_the_energy() -> None:
-    """The exponent is a setting; a dead agent never conceives, and none does below the threshold."""
+    """The exponent is a setting; a dead agent never conceives, and none does below the
+    threshold."""
     assert conception_probability(0.6, 0.0, 1.0) == 0.6
     assert conception_probability(0.5, 0.0, 2.0) == 0.25
     assert conception_probability(0.0, 0.0, 0.0) == 0.0

@@ -14,7 +14,8 @@ from tests.support.small_robots import random_observation
 
 
 def test_the_modules_are_those_of_paper_iii() -> None:
-    """Foraging watches packs and succeeds by a charge, mating watches faces and succeeds by an encounter."""
+    """Foraging watches packs and succeeds by a charge, mating watches faces and succeeds by an
+    encounter."""
     assert MODULES == (FORAGING, MATING)
     assert (FORAGING.target, FORAGING.success) == (contract.PACK, contract.CHARGE)
     assert (MATING.target, MATING.success) == (contract.FACE, contract.ENCOUNTER)

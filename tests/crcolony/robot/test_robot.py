@@ -70,7 +70,8 @@ def test_conception_follows_the_own_energy_and_nothing_else() -> None:
 
 
 def test_an_offspring_is_of_the_agent_in_control_and_the_partner() -> None:
-    """It is in the pool of one robot; what a robot gives to the other is an id and a genotype, no more."""
+    """It is in the pool of one robot; what a robot gives to the other is an id and a genotype, no
+    more."""
     batch, _, (one, two) = new_robots(2)
     one.start()
     two.start()

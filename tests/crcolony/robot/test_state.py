@@ -20,7 +20,8 @@ def test_present_names_are_left_alone() -> None:
 
 
 def test_scratch_carries_nothing_from_one_step_to_the_next() -> None:
-    """A robot whose scratch arrays are overwritten between two steps does the same as one whose are not."""
+    """A robot whose scratch arrays are overwritten between two steps does the same as one whose are
+    not."""
     one, _, (robot,) = new_robots(1)
     other, _, (disturbed,) = new_robots(1)
     robot.start()

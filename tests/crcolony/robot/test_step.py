@@ -44,7 +44,8 @@ def plain_robot(batch: Robots, settings: Settings) -> PlainRobot:
     ],
 )
 def test_steps_are_those_of_the_textbook(seed: int, changes: dict[str, object]) -> None:
-    """Actions and energies are the same, and weights equal to 1e-9, over whole slices of several agents."""
+    """Actions and energies are the same, and weights equal to 1e-9, over whole slices of several
+    agents."""
     learning = msgspec.structs.replace(DEFAULT.learning, **changes)
     settings = Settings(learning=learning)
     batch, _, (robot,) = new_robots(1, settings, seed)
@@ -70,9 +71,11 @@ def test_steps_are_those_of_the_textbook(seed: int, changes: dict[str, object]) 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_learning_is_that_of_the_library(seed: int) -> None:
-    """With one module in control, the same episode gives `SarsaLambda` the same actions, and weights equal to 1e-12.
+    """With one module in control, the same episode gives `SarsaLambda` the same actions, and
+    weights equal to 1e-12.
 
-    The library's loop and the robot's step are two compositions of the same functions of Algorithm 2.2.
+    The library's loop and the robot's step are two compositions of the same functions of Algorithm
+    2.2.
     """
     settings = Settings(life=msgspec.structs.replace(DEFAULT.life, slice_steps=500))
     batch, parameters, (robot,) = new_robots(1, settings, seed)
@@ -150,7 +153,8 @@ def test_a_batch_of_n_is_n_batches_of_one() -> None:
 
 
 def test_an_agent_without_energy_dies() -> None:
-    """A step costs energy, a charge adds some, and at 0 the agent dies once, stops and learns no more."""
+    """A step costs energy, a charge adds some, and at 0 the agent dies once, stops and learns no
+    more."""
     batch, _, (robot,) = new_robots(
         1,
         Settings(
@@ -182,7 +186,8 @@ def test_an_agent_without_energy_dies() -> None:
 
 
 def test_a_pack_counts_as_captured_when_it_is_empty() -> None:
-    """Its charge counts as energy at once, but as a capture only when the jaw no longer holds it."""
+    """Its charge counts as energy at once, but as a capture only when the jaw no longer holds
+    it."""
     batch, _, (robot,) = new_robots(1)
     robot.start()
     held = empty_observation()
@@ -200,7 +205,8 @@ def select_mating_always(batch: Robots) -> None:
 
 
 def test_a_mating_is_followed_by_the_refractory_time() -> None:
-    """The beacon is off, and faces count as not visible, for the refractory steps; then it is on again."""
+    """The beacon is off, and faces count as not visible, for the refractory steps; then it is on
+    again."""
     batch, _, (robot,) = new_robots(1)
     robot.start()
     select_mating_always(batch)
@@ -271,7 +277,8 @@ def test_an_encounter_is_an_event_of_that_step_alone() -> None:
 def test_mating_is_selected_when_its_output_is_above_zero(
     genes: list[float], energy: float, visible: list[float], module: int
 ) -> None:
-    """The output weighs bias, energy and visible targets by the genes; otherwise the robot forages."""
+    """The output weighs bias, energy and visible targets by the genes; otherwise the robot
+    forages."""
     assert select_module(np.array(genes), energy, np.array(visible), 2) == module
 
 

@@ -42,7 +42,8 @@ class DenseSarsaLambda:
         return self.action
 
     def step(self, reward: float, state: FloatArray, terminal: bool, u: float) -> int:
-        """Learn from `reward` and next `state` (d,); return the next action, -1 after a terminal state."""
+        """Learn from `reward` and next `state` (d,); return the next action, -1 after a terminal
+        state."""
         delta = reward - self.weights[self.tiles, self.action].sum()
         if terminal:
             self.weights += self.rate * delta * self.e

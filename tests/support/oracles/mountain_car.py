@@ -19,7 +19,8 @@ ACTIONS = 3
 
 @compiled
 def drive(state: FloatArray, action: int) -> bool:
-    """Move `state` (2,) by `action` 0 (back), 1 (coast) or 2 (forth); return whether it is the goal."""
+    """Move `state` (2,) by `action` 0 (back), 1 (coast) or 2 (forth); return whether it is the
+    goal."""
     velocity = state[1] + (action - 1) * 0.001 - math.cos(3.0 * state[0]) * 0.0025
     velocity = min(max(velocity, -LARGEST_SPEED), LARGEST_SPEED)
     position = min(max(state[0] + velocity, LOWEST_POSITION), HIGHEST_POSITION)

@@ -1,4 +1,4 @@
-"""How hot functions are compiled: the only file that knows the options of numba.
+"""How hot functions are compiled: the only file with the options of numba.
 
 Every small function of the control step is plain, readable Python that numba turns into machine
 code; small functions are inlined into the ones that call them, so that composing them costs

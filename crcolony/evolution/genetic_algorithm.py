@@ -1,5 +1,4 @@
-"""The general scheme of a genetic algorithm, Algorithm 4.1: the whole new population is selected
-from the old one."""
+"""Algorithm 4.1, a genetic algorithm: the whole new population is selected from the old one."""
 
 from collections.abc import Callable
 

@@ -1,5 +1,4 @@
-"""Genotypes: an array of numbers under a schema of named, bounded genes (thesis 4.1), identified by
-a hash."""
+"""Genotypes: arrays of named, bounded genes (thesis 4.1), identified by a hash of their content."""
 
 import hashlib
 import math

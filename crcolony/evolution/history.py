@@ -1,5 +1,4 @@
-"""The history of a colony: every birth, mating, death, lifetime and turnover, in order, chained
-into one hash.
+"""The history of a colony: all births, matings, deaths, lifetimes and turnovers, and their hash.
 
 The names of the classes and the order of their fields are part of the hash and of every recording.
 """

@@ -1,5 +1,4 @@
-"""Lineage: the parents and the time of every birth. Each robot gives its agents ids, none of them
-twice."""
+"""Lineage: the parents and the time of every birth. Each robot gives its agents unique ids."""
 
 from dataclasses import dataclass
 

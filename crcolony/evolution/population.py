@@ -1,5 +1,4 @@
-"""A subpopulation of virtual agents in one robot: its offspring pool and its turnover (thesis 4.5,
-5.3)."""
+"""A subpopulation of virtual agents in one robot: offspring pool and turnover (thesis 4.5, 5.3)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

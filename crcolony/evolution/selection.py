@@ -1,5 +1,4 @@
-"""Roulette wheel (eq. 4.1) and tournament selection, for the central baseline only: a colony
-selects implicitly."""
+"""Roulette wheel (eq. 4.1) and tournament selection, for the central baseline only."""
 
 import numpy as np
 

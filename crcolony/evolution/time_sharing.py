@@ -1,5 +1,4 @@
-"""Time sharing: which virtual agent controls the robot next (thesis 4.5; 6.1 after Whiteson and
-Stone 2006)."""
+"""Time sharing (thesis 4.5; 6.1 after Whiteson and Stone 2006): the next agent in control."""
 
 from dataclasses import dataclass
 from typing import Protocol

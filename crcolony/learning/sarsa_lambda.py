@@ -218,7 +218,7 @@ _unpack = compiled(unpack)
 
 @compiled
 def _start_packed(floats: FloatArray, integers: IntArray, state: FloatArray, u: float) -> int:
-    """`start_episode` for a caller in Python, to whom every array passed costs as much as a
+    """`start_episode` for a caller in Python, for whom passing an array costs as much as a
     step."""
     action = start_episode(_unpack(floats, integers), state, u)
     integers[_LAST_ACTION] = action

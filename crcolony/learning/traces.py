@@ -8,7 +8,7 @@ and the update that is pending for its weight is
 
     alpha / N * sum_t delta_t DECAY_t / DECAY_v = rate * SCALE * (ERRORS - SUM)
 
-where ERRORS = sum_t delta_t DECAY_t is kept once for all traces, SCALE = 1 / DECAY_v, and SUM is
+where ERRORS = sum_t delta_t DECAY_t is stored once for all traces, SCALE = 1 / DECAY_v, and SUM is
 ERRORS when the tile was last updated. Clearing keeps this small: at most one action of a tile has a
 trace, so a tile needs just three numbers. Nothing is lost but rounding, and a step costs the same
 however many traces there are; all of them are visited only when DECAY has become small, to scale it

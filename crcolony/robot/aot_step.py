@@ -1,5 +1,4 @@
-"""The control step compiled ahead of time: a robot's own process needs no compiler, half the memory
-and no wait.
+"""The control step compiled ahead of time: a robot's own process needs no compiler and no wait.
 
 numba compiles `step.step_robot` once for this machine; its object code is stored beside numba's own
 cache. A process that finds it there loads it with llvmlite alone, without importing numba. All

@@ -1,5 +1,4 @@
-"""Making the arrays of `state.py`: step parameters from settings, and robots that have not started
-yet."""
+"""Making the arrays of `state.py`: step parameters, and robots that have not started yet."""
 
 from collections.abc import Sequence
 

@@ -1,5 +1,4 @@
-"""Energy (thesis 4.5, 5.3): every step costs some, a captured pack gives some, and conception
-depends on it."""
+"""Energy (thesis 4.5, 5.3): a step costs some, a pack gives some, and conception depends on it."""
 
 from crcolony.compiled import compiled
 

@@ -1,5 +1,4 @@
-"""Making robots from their settings: one batch with a row for each, the same for every way to run a
-colony."""
+"""Making robots from their settings: one batch, the same for every way to run a colony."""
 
 from collections.abc import Sequence
 

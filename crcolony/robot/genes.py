@@ -1,5 +1,4 @@
-"""The genes of a virtual agent and how they decode: selector weights, meta-parameters, potentials
-(thesis 3.2, 3.3).
+"""The genes of a virtual agent: selector, meta-parameters and potentials (thesis 3.2, 3.3, 5.3).
 
 Genes are read straight from the genotype: the compiled step reads the same array that evolution
 varies.

@@ -1,5 +1,4 @@
-"""A robot: the controller of a body, shared in time by a subpopulation of virtual agents (Papers
-II, III; thesis 4.5, 5.3).
+"""A robot: a controller that virtual agents share in time (Papers II and III; thesis 4.5, 5.3).
 
 `Robot.step` is the control step. What is rare is here in plain Python: the hand-over to the next
 agent, a mating, and the turnover of a generation. No I/O and no clock: a robot counts control steps

@@ -1,5 +1,4 @@
-"""The settings of a robot: how it learns, how it lives, how it has offspring. The defaults make a
-colony that evolves."""
+"""The settings of a robot: how it learns, lives and reproduces. By default a colony evolves."""
 
 from typing import Annotated, Literal, Protocol
 
@@ -79,7 +78,7 @@ class Heredity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
 
 class RobotSettings(Protocol):
-    """All that decides what a robot is, whoever reads it from which file; `crcolony.config.Config`
+    """All that decides what a robot is, wherever it is read from; `crcolony.config.Config`
     is one."""
 
     @property

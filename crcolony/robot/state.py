@@ -1,7 +1,6 @@
-"""All there is of the robots, as arrays whose first axis is the robot: a robot process has one row,
-a colony N.
+"""All there is of the robots, as arrays whose first axis is the robot.
 
-N robots, A agents in each, G genes, M modules, T tiles, K actions, L tilings.
+N robots (1 in a robot process), A agents each, G genes, M modules, T tiles, K actions, L tilings.
 """
 
 from collections.abc import Mapping

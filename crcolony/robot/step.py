@@ -1,5 +1,4 @@
-"""One control step of a robot: energy, selection of a module, learning (Algorithm 2.2 with eq.
-3.1), action (Paper III).
+"""The control step of Paper III: energy, module selection, Algorithm 2.2 with eq. 3.1, action.
 
 This is the readable definition and the compiled code at once, for one robot of a batch. What is
 rare (a mating, a hand-over, a turnover) is only marked here, as an event, and done in `robot.py`.

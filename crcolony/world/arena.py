@@ -1,5 +1,4 @@
-"""The simulated arena, shared by all robots (thesis 4.6): it owns the arrays of the world and their
-physics."""
+"""The simulated arena, shared by all robots (thesis 4.6): the arrays of the world, and physics."""
 
 import math
 from collections.abc import Mapping

@@ -1,5 +1,4 @@
-"""The size of an arena, its number of packs, and whether everything fits: checked before anything
-is built."""
+"""The size of an arena, its number of packs, and whether everything fits."""
 
 import math
 

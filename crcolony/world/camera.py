@@ -1,5 +1,4 @@
-"""The camera (thesis 4.6): battery packs, faces and tail lamps as blobs with distance and
-bearing."""
+"""The camera (thesis 4.6): battery packs, faces and tail lamps with distance and bearing."""
 
 import math
 

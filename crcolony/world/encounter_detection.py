@@ -1,5 +1,4 @@
-"""Encounters (thesis 4.5, 5.2): two robots of a colony, beacons on, face each other within infrared
-range."""
+"""Encounters (thesis 4.5, 5.2): two robots, beacons on, face each other within infrared range."""
 
 import numpy as np
 
@@ -16,7 +15,7 @@ _NONCE_SHIFT = np.uint64(16)
 
 @compiled
 def detect_encounters(world: World) -> None:
-    """Write whom every robot encounters: at most one other, the nearest pair first, then the
+    """Write the partner of every robot: at most one other, the nearest pair first, then the
     smaller index."""
     world.partners[:] = -1
     pairs = 0

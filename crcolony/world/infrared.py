@@ -1,5 +1,4 @@
-"""The infrared sensors (thesis 4.6): a range sensor ahead and seven proximity sensors around the
-front."""
+"""The infrared sensors (thesis 4.6): a range sensor ahead and seven proximity sensors."""
 
 import math
 

@@ -1,5 +1,4 @@
-"""Neighbour search: points sorted into square cells, so that a search visits only the cells around
-a place."""
+"""Neighbour search: points sorted into square cells, so that a search visits only a few of them."""
 
 import math
 from typing import NamedTuple

@@ -1,5 +1,4 @@
-"""Battery packs and jaws (thesis 4.6): a pack in a jaw charges its holder, and an empty one is
-replaced."""
+"""Battery packs and jaws (thesis 4.6): a pack in a jaw charges its holder, and is replaced then."""
 
 import math
 

@@ -1,5 +1,4 @@
-"""One tick of the world: bodies move and collide, jaws latch, robots encounter each other, all
-bodies sense.
+"""One tick of the world: bodies move and collide, jaws latch, encounters happen, bodies sense.
 
 The order of a tick is that of `integrate` and `observe`. Nothing here returns to Python. No random
 number is drawn for a slot without a body, so that the other bodies move as if the slot did not

@@ -1,5 +1,4 @@
-"""A genotype is numbers under a schema that names and bounds each, and is identified by its
-content."""
+"""A genotype is numbers under a schema that names and bounds each, identified by its content."""
 
 import math
 

@@ -1,5 +1,4 @@
-"""A subpopulation conceives, has a fair pool of offspring, turns over by its rule, and gives unique
-ids."""
+"""A subpopulation conceives, has a fair pool of offspring, turns over, and gives unique ids."""
 
 import numpy as np
 import pytest

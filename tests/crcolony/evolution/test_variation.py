@@ -1,5 +1,4 @@
-"""Crossover swaps the genes of parents, and mutation moves genes by the deviations of the
-schema."""
+"""Crossover swaps the genes of parents; mutation moves genes by the deviations of the schema."""
 
 import numpy as np
 import pytest

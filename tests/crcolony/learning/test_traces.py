@@ -1,5 +1,4 @@
-"""Traces are those of equations 2.16 and 2.17, and lazy ones give the weights that dense ones
-give."""
+"""Traces are those of eq. 2.16 and 2.17, and lazy ones give the weights that dense ones give."""
 
 from dataclasses import dataclass
 

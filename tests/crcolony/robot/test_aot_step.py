@@ -1,5 +1,4 @@
-"""The step compiled ahead of time is the compiled step: the same robots, bit for bit, without a
-compiler."""
+"""The step compiled ahead of time gives the same robots as the compiled step, bit for bit."""
 
 import subprocess
 import sys

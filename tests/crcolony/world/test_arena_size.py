@@ -1,5 +1,4 @@
-"""The size of an arena and its number of packs follow from the settings, and what does not fit is
-refused."""
+"""The size of an arena follows from the settings, and what does not fit is refused."""
 
 import msgspec
 import pytest

@@ -1,5 +1,4 @@
-"""Two robots of a colony encounter each other with beacons on, face to face, in range and in line
-of sight."""
+"""Robots encounter each other face to face, beacons on, in range and in line of sight."""
 
 import math
 

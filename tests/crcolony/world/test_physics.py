@@ -1,5 +1,4 @@
-"""Bodies move by their wheel speeds, push and stop one another; compiled steps equal pymunk's
-own."""
+"""Bodies move by their wheel speeds and push one another; compiled steps equal pymunk's own."""
 
 import numpy as np
 import pytest

@@ -1,10 +1,9 @@
-"""The control step of Paper III as a textbook would write it: dense traces, whole tables, nothing
-compiled.
+"""The control step of Paper III as a textbook would write it: dense traces, nothing compiled.
 
 It is written from the equations of the thesis, as the oracle of `robot/step.py`: energy, selector
 (a linear network), Sarsa(lambda) with replacing traces and clearing (Algorithm 2.2), shaping by a
-normalised RBF potential (eq. 2.27, 3.1), softmax (eq. 2.18) with a
-hyperbolically decaying temperature.
+normalised RBF potential (eq. 2.27, 3.1), softmax (eq. 2.18) with a hyperbolically
+decaying temperature.
 """
 
 import numpy as np

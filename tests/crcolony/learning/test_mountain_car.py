@@ -6,7 +6,7 @@ from gymnasium.envs.classic_control.mountain_car import MountainCarEnv
 
 from crcolony.compiled import IntArray
 from crcolony.learning.features import TileCoding, uniform_offsets
-from crcolony.learning.sarsa_lambda import SarsaLambda
+from crcolony.learning.sarsa_learner import SarsaLambda
 from tests.support.oracles.mountain_car import ACTIONS, drive, drive_episodes, random_starts
 
 SEEDS, EPISODES = 30, 500

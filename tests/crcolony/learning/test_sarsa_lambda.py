@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from crcolony.learning.features import TileCoding, uniform_offsets
-from crcolony.learning.sarsa_lambda import SarsaLambda
+from crcolony.learning.sarsa_learner import SarsaLambda
 from crcolony.learning.td import sarsa0
 from tests.support.oracles.dense_sarsa_lambda import DenseSarsaLambda
 
@@ -113,14 +113,6 @@ def test_optimistic_initial_values_explore_without_a_random_policy() -> None:
     assert set(tried[2.0][-10:]) == {1}
 
 
-@pytest.mark.parametrize("tilings", [1, 4, 7])
-def test_every_action_starts_with_the_initial_value(tilings: int) -> None:
-    """The initial value is divided among the tilings, however many there are."""
-    coding = TileCoding(LOW, HIGH, np.array([3, 4]), uniform_offsets(tilings, 2))
-    learner = SarsaLambda(coding, ACTIONS, 0.1, 0.9, 0.9, initial_value=-3.0)
-    assert learner.action_values(LOW) == pytest.approx([-3.0] * ACTIONS)
-
-
 def test_after_a_terminal_state_no_update_is_pending() -> None:
     """The arrays of the learner hold the final weights as soon as an episode is over."""
     learner = SarsaLambda(corridor(3), 1, 1.0, 1.0, 1.0)
@@ -128,34 +120,3 @@ def test_after_a_terminal_state_no_update_is_pending() -> None:
     learner.step(0.0, np.array([1.5]), False, 0.0)
     learner.step(5.0, np.array([2.5]), True, 0.0)
     assert learner.learner.weights[:3, 0].tolist() == [5.0, 5.0, 0.0]
-
-
-def test_a_temperature_makes_it_explore() -> None:
-    """At a high temperature all actions are equally likely; at 0 only the best is selected."""
-    learner = SarsaLambda(corridor(1), 4, 0.0, 0.0, 0.0, temperature=1e9)
-    learner.learner.weights[:] = [1.0, 2.0, 3.0, 0.0]
-    state = np.zeros(1)
-    assert [learner.start(state, (k + 0.5) / 4) for k in range(4)] == [0, 1, 2, 3]
-    learner.temperature = 0.0
-    assert learner.temperature == 0.0
-    assert [learner.start(state, (k + 0.5) / 4) for k in range(4)] == [2, 2, 2, 2]
-
-
-def test_an_impossible_learner_is_refused() -> None:
-    """Meta-parameters out of range, no actions and states of another shape raise ValueError."""
-    coding = corridor(2)
-    for actions, alpha, gamma, lambda_, temperature in [
-        (0, 0.1, 0.9, 0.9, 0.0),
-        (2, -0.1, 0.9, 0.9, 0.0),
-        (2, 0.1, 1.1, 0.9, 0.0),
-        (2, 0.1, 0.9, -0.1, 0.0),
-        (2, 0.1, 0.9, 0.9, -1.0),
-        (2, float("nan"), 0.9, 0.9, 0.0),
-    ]:
-        with pytest.raises(ValueError):
-            SarsaLambda(coding, actions, alpha, gamma, lambda_, temperature)
-    learner = SarsaLambda(coding, 2, 0.1, 0.9, 0.9)
-    with pytest.raises(ValueError):
-        learner.temperature = -1.0
-    with pytest.raises(ValueError):
-        learner.start(np.zeros(2), 0.0)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from crcolony.compiled import FloatArray
 from crcolony.learning.features import NormalizedRBF, TileCoding, uniform_offsets
 from crcolony.learning.policies import softmax_probabilities
-from crcolony.learning.sarsa_lambda import SarsaLambda
+from crcolony.learning.sarsa_learner import SarsaLambda
 from crcolony.learning.shaping import PotentialShaping, potential_shaping
 
 LOW = np.array([0.0, -1.0])

@@ -7,7 +7,7 @@ import pytest
 from crcolony.body import contract
 from crcolony.compiled import FloatArray
 from crcolony.learning.features import NormalizedRBF, TileCoding
-from crcolony.learning.sarsa_lambda import SarsaLambda
+from crcolony.learning.sarsa_learner import SarsaLambda
 from crcolony.learning.shaping import PotentialShaping
 from crcolony.randomness import draw
 from crcolony.robot.genes import TAU_DECAY, decode

@@ -1,14 +1,15 @@
-"""The one place that says how hot functions are compiled.
+"""How hot functions are compiled: the only file with the options of numba.
 
-Every small function of the control step is plain, readable Python that numba turns into machine code; small
-functions are inlined into the ones that call them, so that composing them costs nothing. No fast-math: the same
-seed must give the same history, bit for bit.
+Every small function of the control step is plain, readable Python that numba turns into machine
+code; small functions are inlined into the ones that call them, so that composing them costs
+nothing. No fast-math: the same seed must give the same history, bit for bit.
 
-Compiled code is kept on disk, in a folder named by a digest of these sources. numba itself looks only at the file
-of the outermost function and would keep running old code after a change in a function that was inlined.
+Compiled code is cached on disk, in a folder named by a digest of the sources. numba itself checks
+only the file of the outermost function, and would keep using old code after a change in a function
+that was inlined.
 
-numba is imported when something has to be compiled or called, not before: it takes half a second and 100 MB, and a
-robot's own process does without (`robot/ready_made.py`).
+numba is imported when something has to be compiled or called, not before: it takes half a second
+and 100 MB, and a robot's own process does without it (`robot/aot_step.py`).
 """
 
 import functools
@@ -29,41 +30,54 @@ IntArray = NDArray[np.int64]
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
-_HASHED = ("learning", "evolution", "body", "robot", "world")
-"""The packages whose code compiled functions are made of, beside `randomness.py` and this file."""
+COMPILED_SOURCES = (
+    "learning",
+    "evolution",
+    "body",
+    "robot",
+    "world",
+    "in_process/colony.py",
+    "randomness.py",
+    "compiled.py",
+)
+"""The files, and folders of files, of which compiled code is made."""
+
+
+def source_digest(package: Path) -> str:
+    """Return a hash of the sources, in a package folder, of which compiled code is made, and of
+    numba's version."""
+    digest = hashlib.blake2b(version("numba").encode(), digest_size=8)
+    for name in COMPILED_SOURCES:
+        path = package / name
+        for source in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
+            digest.update(source.read_bytes())
+    return digest.hexdigest()
 
 
 @functools.cache
 def cache_folder() -> Path:
-    """Return where compiled code is kept."""
-    if os.environ.get("NUMBA_CACHE_DIR"):
-        return Path(os.environ["NUMBA_CACHE_DIR"])
-    root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    digest = hashlib.blake2b(version("numba").encode(), digest_size=8)
-    package = Path(__file__).parent
-    sources = [source for name in _HASHED for source in (package / name).rglob("*.py")]
-    sources += [
-        package / "randomness.py",
-        package / "compiled.py",
-        package / "in_process/colony.py",
-    ]
-    for source in sorted(sources):
-        digest.update(source.read_bytes())
-    return Path(root) / "crcolony" / digest.hexdigest()
+    """Return the folder of compiled code: in NUMBA_CACHE_DIR, or else in the user's cache, one for
+    every digest."""
+    root = os.environ.get("NUMBA_CACHE_DIR")
+    if not root:
+        cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+        root = str(Path(cache) / "crcolony")
+    return Path(root) / source_digest(Path(__file__).parent)
 
 
 def is_first_start() -> bool:
-    """Tell whether nothing is compiled yet, which will take about half a minute."""
+    """Return whether nothing is compiled yet, which will take about half a minute."""
     return not cache_folder().exists()
 
 
 def is_switched_off() -> bool:
-    """Tell whether numba was told to compile nothing (NUMBA_DISABLE_JIT), so that all of this runs as plain Python."""
+    """Return whether NUMBA_DISABLE_JIT is set, so that all of this runs as plain Python."""
     return os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 
 
 class Compiled(Generic[Parameters, Result]):
-    """A function that numba compiles when it is first called, or when a compiled function is that calls it."""
+    """A function that numba compiles when it, or a compiled function that calls it, is first
+    called."""
 
     def __init__(self, function: Callable[Parameters, Result]) -> None:
         functools.update_wrapper(self, function)
@@ -71,7 +85,7 @@ class Compiled(Generic[Parameters, Result]):
 
     @cached_property
     def dispatcher(self) -> Callable[Parameters, Result]:
-        """What numba makes of the function."""
+        """The function as numba has compiled it."""
         import numba
 
         numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]
@@ -81,7 +95,7 @@ class Compiled(Generic[Parameters, Result]):
 
     @property
     def _numba_type_(self) -> Any:
-        """numba asks for this where a compiled function calls another."""
+        """The type that numba needs where a compiled function calls this one."""
         return self.dispatcher._numba_type_  # type: ignore[attr-defined]
 
     def __call__(self, *args: Parameters.args, **kwargs: Parameters.kwargs) -> Result:
@@ -91,7 +105,8 @@ class Compiled(Generic[Parameters, Result]):
 def compiled(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
     """Compile `function` with numba, keeping its Python signature for the type checker.
 
-    Compiled functions may not allocate: numba's reference counting is off, which halves the time of a tick.
+    Compiled functions may not allocate: numba's reference counting is off, which halves the time of
+    a tick.
     """
     if is_switched_off():
         return function

@@ -1,8 +1,10 @@
-"""One small counter-based generator whose whole state is two numbers (Steele, Lea and Flood 2014: SplitMix64).
+"""One small counter-based generator whose whole state is two numbers (Steele, Lea and Flood 2014:
+SplitMix64).
 
-A stream is an array `[key, counter]` of uint64. Drawing mixes `key + counter * golden` and counts on, so a stream
-can be saved, restored and copied as data, and the same stream gives the same numbers in a batch of 1 and of N.
-Rare things (an offspring, a new order of agents) take a `numpy.random.Generator` seeded by one draw.
+A stream is an array `[key, counter]` of uint64. Drawing increments the counter and mixes `key +
+counter * golden`, so that a stream can be saved, restored and copied as data, and gives the same
+numbers in a batch of 1 and of N. Rare events (an offspring, the next agent) use a
+`numpy.random.Generator` seeded by one draw.
 """
 
 import numpy as np
@@ -24,7 +26,8 @@ _UNIT = 1.0 / 9007199254740992.0
 
 
 def new_streams(seed: int, names: tuple[int, ...], count: int) -> NDArray[np.uint64]:
-    """Return `count` independent streams, shape (count, 2), for the purpose called `names` under one root seed."""
+    """Return `count` independent streams, shape (count, 2), for the purpose `names` under one root
+    seed."""
     keys = np.random.SeedSequence(seed, spawn_key=names).generate_state(count, np.uint64)
     streams = np.zeros((count, 2), dtype=np.uint64)
     streams[:, 0] = keys
@@ -33,7 +36,7 @@ def new_streams(seed: int, names: tuple[int, ...], count: int) -> NDArray[np.uin
 
 @compiled
 def draw_bits(stream: Stream) -> np.uint64:
-    """Draw 64 random bits and count the stream on."""
+    """Draw 64 random bits."""
     stream[1] += _ONE
     bits = stream[0] + stream[1] * _GOLDEN
     bits = (bits ^ (bits >> _SHIFT_30)) * _MIX_1
@@ -48,8 +51,8 @@ def draw(stream: Stream) -> float:
     return np.float64(draw_bits(stream) >> _SHIFT_11) * _UNIT
 
 
-def draw_rarely(stream: Stream) -> int:
-    """Draw the same 64 bits as `draw_bits`, in plain Python: what is rare needs no compiler."""
+def draw_bits_uncompiled(stream: Stream) -> int:
+    """Draw the same 64 bits as `draw_bits`, in plain Python: a rare event needs no compiler."""
     word = (1 << 64) - 1
     counter = (int(stream[1]) + 1) & word
     stream[1] = counter
@@ -59,11 +62,11 @@ def draw_rarely(stream: Stream) -> int:
     return bits ^ (bits >> 31)
 
 
-def chance(stream: Stream) -> float:
-    """Draw the same number in [0, 1) as `draw`, for one rare event."""
-    return (draw_rarely(stream) >> 11) * _UNIT
+def draw_uncompiled(stream: Stream) -> float:
+    """Draw the same number in [0, 1) as `draw`, in plain Python."""
+    return (draw_bits_uncompiled(stream) >> 11) * _UNIT
 
 
 def generator(stream: Stream) -> np.random.Generator:
-    """Return numpy's generator for one rare event, seeded by one draw of the stream."""
-    return np.random.Generator(np.random.Philox(key=draw_rarely(stream)))
+    """Return a numpy generator for one rare event, seeded by one draw of the stream."""
+    return np.random.Generator(np.random.Philox(key=draw_bits_uncompiled(stream)))

@@ -1,8 +1,9 @@
-"""The contract between a robot and its body (thesis 4.6): what it senses, what it commands, in SI units.
+"""The contract between a robot and its body (thesis 4.6): observations and actions, in SI units.
 
-An observation and an action are rows of float64, one column a quantity. The tables below are the contract: the
-arena answers it for simulated bodies, a bridge for physical ones, and a robot cannot tell which. There is no
-ground truth in an observation: nothing that a Cyber Rodent could not sense.
+An observation and an action are rows of float64, one column a quantity. The tables below are the
+contract: the arena fulfils it for simulated bodies, a driver for a physical one, and a robot cannot
+distinguish them. There is no ground truth in an observation: nothing that a Cyber Rodent could not
+sense.
 """
 
 from dataclasses import dataclass
@@ -17,7 +18,8 @@ from crcolony.compiled import FloatArray
 
 @dataclass(frozen=True)
 class Quantity:
-    """One column of an observation or action: its name (which ends in its unit), range and meaning."""
+    """One column of an observation or action: its name (which ends in its unit, if any), range and
+    meaning."""
 
     name: str
     low: float
@@ -25,20 +27,21 @@ class Quantity:
     meaning: str
 
 
-def _blob(what: str, meaning: str) -> tuple[Quantity, ...]:
+def _blob(name: str, meaning: str) -> tuple[Quantity, ...]:
     return (
-        Quantity(f"{what}_visible", 0.0, 1.0, f"1 if the camera sees {meaning}"),
+        Quantity(f"{name}_visible", 0.0, 1.0, f"1 if the camera sees {meaning}"),
         Quantity(
-            f"{what}_distance_m", 0.0, inf, "from the robot's centre to the nearest such blob"
+            f"{name}_distance_m", 0.0, inf, "from the robot's centre to the nearest such blob"
         ),
-        Quantity(f"{what}_bearing_rad", -pi, pi, "left of straight ahead is positive"),
-        Quantity(f"{what}_red", 0.0, 1.0, "colour of its lamp"),
-        Quantity(f"{what}_green", 0.0, 1.0, "colour of its lamp"),
-        Quantity(f"{what}_blue", 0.0, 1.0, "colour of its lamp"),
+        Quantity(f"{name}_bearing_rad", -pi, pi, "left of straight ahead is positive"),
+        Quantity(f"{name}_red", 0.0, 1.0, "colour of its lamp"),
+        Quantity(f"{name}_green", 0.0, 1.0, "colour of its lamp"),
+        Quantity(f"{name}_blue", 0.0, 1.0, "colour of its lamp"),
     )
 
 
 PROXIMITY_SENSORS = 7
+"""Infrared proximity sensors around the front."""
 
 OBSERVATION: tuple[Quantity, ...] = (
     *_blob("pack", "a battery pack"),
@@ -62,11 +65,12 @@ OBSERVATION: tuple[Quantity, ...] = (
     Quantity("microphone_right", 0.0, 1.0, "loudness"),
     Quantity("battery", 0.0, 1.0, "level of the body's own battery"),
     Quantity("encounter", 0.0, 1.0, "1 if an IR contact was made with a robot face to face"),
-    Quantity("encounter_robot", -1.0, inf, "who it was: its place in the arena, -1 for nobody"),
+    Quantity("encounter_robot", -1.0, inf, "slot of that robot in the arena, -1 for none"),
     Quantity(
-        "encounter_nonce", 0.0, 2.0**48, "a random number both sides of this contact received"
+        "encounter_nonce", 0.0, 2.0**48, "a random number that both sides of this contact observe"
     ),
 )
+"""The columns of an observation."""
 
 ACTION: tuple[Quantity, ...] = (
     Quantity("wheel_left_m_s", -WHEEL_LIMIT_M_S, WHEEL_LIMIT_M_S, "speed of the left wheel"),
@@ -77,8 +81,9 @@ ACTION: tuple[Quantity, ...] = (
     Quantity("led_blue", 0.0, 1.0, "face lamp"),
     Quantity("speaker", 0.0, 1.0, "loudness"),
     Quantity("beacon", 0.0, 1.0, "1 switches the IR beacon on: ready to mate"),
-    Quantity("ttl_s", 0.0, 10.0, "after this long without a fresh action everything stops"),
+    Quantity("ttl_s", 0.0, 10.0, "the body stops when this time has passed without a fresh action"),
 )
+"""The columns of an action."""
 
 
 def columns(table: tuple[Quantity, ...]) -> dict[str, int]:
@@ -100,8 +105,12 @@ ACTION_WIDTH = len(ACTION)
 PACK = _OBSERVED["pack_visible"]
 FACE = _OBSERVED["face_visible"]
 TAIL = _OBSERVED["tail_visible"]
-DISTANCE, BEARING, COLOUR = 1, 2, 3
-"""Where a blob keeps its distance, bearing and first colour, counted from its `…_visible` column."""
+DISTANCE = 1
+"""Column of a blob's distance, counted from its `…_visible` column."""
+BEARING = 2
+"""Column of a blob's bearing, counted from its `…_visible` column."""
+COLOUR = 3
+"""Column of a blob's red, before green and blue, counted from its `…_visible` column."""
 
 IR_RANGE = _OBSERVED["ir_range_m"]
 PROXIMITY = _OBSERVED["proximity_0_m"]
@@ -126,21 +135,29 @@ TTL = _ACTED["ttl_s"]
 
 
 class Body(Protocol):
-    """What a robot drives. Reading the next observation is the only clock a robot knows."""
+    """What a robot drives. Reading the next observation is the robot's only clock.
+
+    `contract_test.BodyContract` tests whether a class fulfils all of this.
+    """
 
     def read(self) -> FloatArray:
-        """Wait for the next control period and return its observation, shape (OBSERVATION_WIDTH,)."""
+        """Wait for the next control period and return its observation, shape (OBSERVATION_WIDTH,).
+
+        Every column is finite and within the limits of the table.
+        """
         ...
 
     def act(self, action: FloatArray) -> FloatArray:
-        """Command the body; return what was really applied after clipping, shape (ACTION_WIDTH,).
+        """Set the action; return what is applied after clipping, shape (ACTION_WIDTH,).
 
-        Raises ValueError if the action has another shape or holds a number that is not finite.
+        It is applied until the next action, but for no longer than its own `ttl_s`: then the body
+        stops. Raises ValueError if the action has another shape or holds a number that is not
+        finite.
         """
         ...
 
     def close(self) -> None:
-        """Stop the body and let it go."""
+        """Stop the body and release it."""
         ...
 
 
@@ -148,7 +165,8 @@ _LOWEST, _HIGHEST = limits(ACTION)
 
 
 def clip_action(action: FloatArray) -> FloatArray:
-    """Return the action within the limits of the table; raises ValueError as `Body.act` says."""
+    """Return the action (ACTION_WIDTH,) within the limits of the table; raises ValueError as
+    `Body.act` does."""
     if action.shape != (ACTION_WIDTH,):
         raise ValueError(f"an action has shape ({ACTION_WIDTH},), not {action.shape}")
     if not np.isfinite(action).all():

@@ -6,7 +6,7 @@ import msgspec
 from msgspec import Meta
 
 WHEEL_LIMIT_M_S = 1.3
-"""The fastest a wheel turns."""
+"""The highest speed of a wheel."""
 
 Positive = Annotated[float, Meta(gt=0.0, le=1e4)]
 NotNegative = Annotated[float, Meta(ge=0.0, le=1e4)]
@@ -16,7 +16,7 @@ Steps = Annotated[int, Meta(ge=0, le=100)]
 
 
 class Noise(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Standard deviations of what is added to every reading; 0 costs nothing."""
+    """Standard deviations of the noise that is added to readings; 0 costs no time."""
 
     distance_m: NotNegative = 0.0
     bearing_rad: NotNegative = 0.0
@@ -27,7 +27,8 @@ class Noise(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
 
 
 class CyberRodent(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The body of thesis 4.6: 22 cm, 1.75 kg, two wheels, at most 1.3 m/s. A sense switched off costs nothing."""
+    """The body of thesis 4.6: 22 cm, 1.75 kg, two wheels, at most 1.3 m/s. A sense that is off
+    costs no time."""
 
     radius_m: Positive = 0.11
     mass_kg: Positive = 1.75
@@ -54,4 +55,4 @@ class CyberRodent(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     observation_latency_steps: Steps = 0
     action_latency_steps: Steps = 0
     battery_drain_per_s: NotNegative = 0.0
-    """How fast the body's own battery runs down; a captured pack charges it too."""
+    """How fast the body's own battery runs down; a captured pack charges it, too."""

@@ -1,4 +1,4 @@
-"""The general scheme of a genetic algorithm (Algorithm 4.1); the whole new population is selected from the old one."""
+"""Algorithm 4.1, a genetic algorithm: the whole new population is selected from the old one."""
 
 from collections.abc import Callable
 
@@ -17,9 +17,11 @@ def next_generation(
     mutate: Callable[[FloatArray, np.random.Generator], FloatArray],
     rng: np.random.Generator,
 ) -> FloatArray:
-    """Return the population (N, genes) after one pass of Algorithm 4.1: select, pair at random, cross, mutate.
+    """Return the population (N, genes) after one pass of Algorithm 4.1: select, pair at random,
+    cross, mutate.
 
-    `select` returns N indices into the population; with an odd N the last individual is not crossed.
+    `select` returns N indices into the population; with an odd N the last individual is not
+    crossed.
     """
     size = population.shape[0]
     chosen = population[select(fitness, size, rng)]
@@ -37,7 +39,8 @@ def evolve(
     breed: Callable[[FloatArray, FloatArray], FloatArray],
     generations: int,
 ) -> tuple[FloatArray, FloatArray]:
-    """Repeat evaluation and breeding; return the last population (N, genes) and its fitness (N,)."""
+    """Repeat evaluation and breeding; return the last population (N, genes) and its fitness
+    (N,)."""
     fitness = np.array([evaluate(genes) for genes in population])
     for _ in range(generations):
         population = breed(population, fitness)

@@ -1,4 +1,4 @@
-"""Genotypes: one array of numbers under a named, bounded schema (thesis 4.1), known by a hash of its content."""
+"""Genotypes: arrays of named, bounded genes (thesis 4.1), identified by a hash of their content."""
 
 import hashlib
 import math
@@ -16,7 +16,7 @@ class GenotypeError(ValueError):
 
 @dataclass(frozen=True)
 class Normal:
-    """A gene of the first generation is drawn from a normal distribution."""
+    """The initial distribution of a gene: normal."""
 
     mean: float
     sd: float
@@ -24,7 +24,7 @@ class Normal:
 
 @dataclass(frozen=True)
 class Uniform:
-    """A gene of the first generation is drawn uniformly between two numbers."""
+    """The initial distribution of a gene: uniform between two numbers."""
 
     low: float
     high: float
@@ -32,7 +32,8 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Gene:
-    """One real-valued gene: its name, its range, how it starts, and how far a mutation carries it."""
+    """One real-valued gene: its name, its range, its initial distribution, and the deviation of a
+    mutation."""
 
     name: str
     low: float = -math.inf
@@ -43,7 +44,7 @@ class Gene:
 
 @dataclass(frozen=True)
 class Schema:
-    """The genes of a species, in order. Two colonies can mate if their schemas have the same digest.
+    """The genes of a species, in order. Robots can mate if their schemas have the same digest.
 
     Raises ValueError for two genes of one name or an empty range.
     """
@@ -79,19 +80,20 @@ class Schema:
 
     @cached_property
     def digest(self) -> str:
-        """A hash of names and ranges."""
+        """A hash of the names and ranges of the genes."""
         text = "\n".join(f"{gene.name} {gene.low!r} {gene.high!r}" for gene in self.genes)
         return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
     def index(self, name: str) -> int:
-        """Return the place of a gene; raises KeyError for an unknown name."""
-        for place, gene in enumerate(self.genes):
+        """Return the index of a gene; raises KeyError for an unknown name."""
+        for index, gene in enumerate(self.genes):
             if gene.name == name:
-                return place
+                return index
         raise KeyError(name)
 
     def random(self, rng: np.random.Generator) -> FloatArray:
-        """Return genes of the first generation, within their ranges, shape (genes,)."""
+        """Return genes drawn from their initial distributions, within their ranges, shape
+        (genes,)."""
         genes = [
             rng.normal(gene.initial.mean, gene.initial.sd)
             if isinstance(gene.initial, Normal)
@@ -101,21 +103,22 @@ class Schema:
         return np.asarray(np.clip(genes, self.lows, self.highs), dtype=np.float64)
 
     def validate(self, genes: FloatArray) -> None:
-        """Raise GenotypeError if genes have the wrong length, are not finite, or leave their range."""
+        """Raise GenotypeError if genes have the wrong length, are not finite, or leave their
+        range."""
         if genes.shape != (len(self),):
             raise GenotypeError(f"expected {len(self)} genes, got shape {genes.shape}")
         wrong = ~((genes >= self.lows) & (genes <= self.highs) & np.isfinite(genes))
         if wrong.any():
-            place = int(np.argmax(wrong))
-            gene = self.genes[place]
+            index = int(np.argmax(wrong))
+            gene = self.genes[index]
             raise GenotypeError(
-                f"gene {gene.name}: {genes[place]} is not within {gene.low} to {gene.high}"
+                f"gene {gene.name}: {genes[index]} is not within {gene.low} to {gene.high}"
             )
 
 
 @dataclass(frozen=True, eq=False)
 class Genotype:
-    """Genes that are checked, cannot change, and are equal if their content is.
+    """Checked, read-only genes; two genotypes are equal if their content is.
 
     Raises GenotypeError as `Schema.validate` does.
     """
@@ -129,7 +132,7 @@ class Genotype:
 
     @cached_property
     def digest(self) -> str:
-        """The content hash."""
+        """The content hash of the genes."""
         return genotype_digest(self.schema, self.genes)
 
     def __getitem__(self, name: str) -> float:
@@ -143,7 +146,8 @@ class Genotype:
 
 
 def genotype_digest(schema: Schema, genes: FloatArray) -> str:
-    """Return the content hash of bare genes: the same numbers under the same schema, the same hash."""
+    """Return the content hash of genes (genes,): the same for the same numbers under the same
+    schema."""
     content = np.ascontiguousarray(genes, dtype="<f8").tobytes()
     return hashlib.blake2b(schema.digest.encode() + content, digest_size=16).hexdigest()
 

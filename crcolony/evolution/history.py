@@ -1,4 +1,7 @@
-"""The history of a colony: every birth, mating, death and turnover, in order, chained into one hash."""
+"""The history of a colony: all births, matings, deaths, lifetimes and turnovers, and their hash.
+
+The names of the classes and the order of their fields are part of the hash and of every recording.
+"""
 
 import hashlib
 
@@ -10,15 +13,16 @@ from crcolony.evolution.lineage import Birth
 
 
 class Born(msgspec.Struct, frozen=True, tag=True, array_like=True):
-    """An agent came into a subpopulation, at a generation's start."""
+    """An agent joined a subpopulation at the start of a generation."""
 
     tick: int
     robot: int
     generation: int
     agent: str
     genotype: str
+    """Content hash of the genes."""
     genes: bytes
-    """Little-endian float64"""
+    """Little-endian float64."""
     mother: str | None
     father: str | None
 
@@ -38,7 +42,7 @@ class Mated(msgspec.Struct, frozen=True, tag=True, array_like=True):
 
 
 class Died(msgspec.Struct, frozen=True, tag=True, array_like=True):
-    """An agent's energy came to 0."""
+    """An agent starved: its energy fell to 0."""
 
     tick: int
     robot: int
@@ -46,7 +50,7 @@ class Died(msgspec.Struct, frozen=True, tag=True, array_like=True):
 
 
 class Lived(msgspec.Struct, frozen=True, tag=True, array_like=True):
-    """What an agent made of its life, told when its generation ends."""
+    """What an agent achieved in its lifetime, recorded when its generation ends."""
 
     tick: int
     robot: int
@@ -54,22 +58,23 @@ class Lived(msgspec.Struct, frozen=True, tag=True, array_like=True):
     agent: str
     steps: int
     energy: float
-    """Mean over the steps it lived"""
+    """Mean over its steps."""
     captures: int
     matings: int
 
 
 class TurnedOver(msgspec.Struct, frozen=True, tag=True, array_like=True):
-    """A robot changed its generation."""
+    """A robot started its next generation."""
 
     tick: int
     robot: int
     generation: int
     offspring: int
+    """Size of the pool that it was drawn from."""
 
 
 OwnEvent = Born | Died | Lived | TurnedOver
-"""What happens to one robot alone; a mating happens to two"""
+"""An event of one robot; a mating is one of two."""
 
 Event = OwnEvent | Mated
 
@@ -77,21 +82,22 @@ _encoder = msgspec.msgpack.Encoder()
 
 
 class HistoryHash:
-    """A chain over all events: equal hashes mean equal histories, and the chain can go on after a restart."""
+    """A hash chain over all events: equal hashes mean equal histories. `state` (16 bytes) resumes a
+    chain."""
 
     def __init__(self, state: bytes = bytes(16)) -> None:
         self.state = state
 
     def add(self, event: Event) -> None:
-        """Chain one event on."""
+        """Append one event to the chain."""
         self.state = hashlib.blake2b(self.state + _encoder.encode(event), digest_size=16).digest()
 
     def __str__(self) -> str:
         return self.state.hex()
 
 
-def born(tick: int, robot: int, birth: Birth, genes: FloatArray) -> Born:
-    """Return the event of a birth."""
+def birth_event(tick: int, robot: int, birth: Birth, genes: FloatArray) -> Born:
+    """Return the event of a birth; `genes` is (genes,)."""
     return Born(
         tick,
         robot,

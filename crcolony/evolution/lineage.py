@@ -1,26 +1,26 @@
-"""Lineage: who was born of whom, and when. Names are given by the robots themselves, and never twice."""
+"""Lineage: the parents and the time of every birth. Each robot gives its agents unique ids."""
 
 from dataclasses import dataclass
 
 AgentId = str
-"""`robot/number`: the robot that raised the agent, and its own count of births (as odNEAT's innovation numbers)."""
+"""`robot/number`: the robot in which the agent was born, and that robot's count of births."""
 
 
 def agent_id(robot: str, number: int) -> AgentId:
-    """Name the number-th agent born in a robot."""
+    """Return the id of the agent that was a robot's birth of this number, counted from 0."""
     return f"{robot}/{number}"
 
 
 @dataclass(frozen=True)
 class Birth:
-    """An agent came into a robot's subpopulation at the start of a generation."""
+    """An agent joined a robot's subpopulation at the start of a generation."""
 
     agent: AgentId
     mother: AgentId | None
-    """The own robot's parent; None in the first generation"""
+    """The parent in the same robot; None in the first generation."""
     father: AgentId | None
-    """The partner's agent; None for a mutated copy of the mother"""
+    """The parent in the partner; None for a mutated copy of the mother."""
     genotype: str
-    """Content hash"""
+    """Content hash of the genes."""
     generation: int
     step: int

@@ -1,4 +1,4 @@
-"""A subpopulation of virtual agents inside one robot: its offspring pool and its turnover (thesis 4.5, 5.3)."""
+"""A subpopulation of virtual agents in one robot: offspring pool and turnover (thesis 4.5, 5.3)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from crcolony.evolution.variation import Variation
 
 @dataclass(frozen=True, eq=False)
 class Offspring:
-    """A genotype that waits in the pool for the next generation."""
+    """A genotype in the pool of offspring for the next generation."""
 
     genes: FloatArray
     mother: AgentId
@@ -23,8 +23,8 @@ class Offspring:
 
 
 @dataclass(frozen=True, eq=False)
-class Newborn:
-    """Genes about to be born, and of whom."""
+class NewAgent:
+    """The genes and the parents of an agent of the next generation."""
 
     genes: FloatArray
     mother: AgentId | None
@@ -32,10 +32,11 @@ class Newborn:
 
 
 class Subpopulation:
-    """The agents of one robot, and what they have conceived.
+    """The agents of one robot, and the pool of offspring that they have conceived.
 
-    `genotypes` (agents, genes) is written in place: it may be a row of a batch. The pool keeps at most `pool_limit`
-    offspring; a conception beyond that takes the place of a random one, so that all had the same chance to stay.
+    `genotypes` (agents, genes) is written in place: it may be a row of a batch. The pool keeps at
+    most `pool_limit` offspring; one beyond that may replace a random one, so that all have the same
+    chance to be kept (a reservoir).
     """
 
     def __init__(
@@ -57,9 +58,9 @@ class Subpopulation:
         self.born = 0
         self._pool_limit = pool_limit
 
-    def first_children(self, rng: np.random.Generator) -> list[Newborn]:
-        """Return random children, without parents, for the first generation."""
-        return [Newborn(self.schema.random(rng), None, None) for _ in self.ids]
+    def draw_first_generation(self, rng: np.random.Generator) -> list[NewAgent]:
+        """Return as many random agents, without parents, as the subpopulation has."""
+        return [NewAgent(self.schema.random(rng), None, None) for _ in self.ids]
 
     def conceive(
         self,
@@ -69,53 +70,56 @@ class Subpopulation:
         step: int,
         rng: np.random.Generator,
     ) -> Offspring:
-        """Make an offspring of an own agent and a partner's genotype, and put it into the pool."""
+        """Make an offspring of an own agent and a partner's genotype, put it into the pool and
+        return it."""
         own = self.genotypes[agent]
         genes = self.variation.offspring(own, partner_genes, self.schema, rng)
         offspring = Offspring(genes, self.ids[agent], partner, step)
-        self.keep(offspring, rng)
+        self.add_to_pool(offspring, rng)
         return offspring
 
-    def keep(self, offspring: Offspring, rng: np.random.Generator) -> None:
-        """Put an offspring into the pool; in a full one it takes the place of a random one, or is lost."""
+    def add_to_pool(self, offspring: Offspring, rng: np.random.Generator) -> None:
+        """Put an offspring into the pool; in a full one it replaces a random one, or is dropped
+        itself."""
         self.conceived += 1
         if len(self.pool) < self._pool_limit:
             self.pool.append(offspring)
         else:
-            place = int(rng.integers(self.conceived))
-            if place < self._pool_limit:
-                self.pool[place] = offspring
+            index = int(rng.integers(self.conceived))
+            if index < self._pool_limit:
+                self.pool[index] = offspring
 
-    def draw_children(self, rng: np.random.Generator) -> list[Newborn]:
-        """Return the next generation: as many draws with replacement from the pool as there are agents.
+    def draw_next_generation(self, rng: np.random.Generator) -> list[NewAgent]:
+        """Return as many agents, drawn from the pool with replacement, as the subpopulation has.
 
-        Few offspring are drawn more often; if there is none, it is a mutated copy of the present generation.
+        With an empty pool they are mutated copies of the present agents.
         """
         if self.pool:
             drawn = [self.pool[k] for k in rng.integers(len(self.pool), size=len(self.ids))]
-            return [Newborn(child.genes, child.mother, child.father) for child in drawn]
+            return [NewAgent(one.genes, one.mother, one.father) for one in drawn]
         return [
-            Newborn(self.variation.mutant(genes, self.schema, rng), mother, None)
+            NewAgent(self.variation.mutant(genes, self.schema, rng), mother, None)
             for genes, mother in zip(self.genotypes, self.ids, strict=True)
         ]
 
-    def bear(self, children: Sequence[Newborn], generation: int, step: int) -> list[Birth]:
-        """Replace all agents by these children, name them, and empty the pool; return their births."""
+    def replace_agents(self, agents: Sequence[NewAgent], generation: int, step: int) -> list[Birth]:
+        """Replace all agents by new ones, give them ids, and empty the pool; return their
+        births."""
         births = []
-        for place, child in enumerate(children):
-            name = agent_id(self.robot, self.born)
+        for index, agent in enumerate(agents):
+            identity = agent_id(self.robot, self.born)
             self.born += 1
-            digest = genotype_digest(self.schema, child.genes)
-            births.append(Birth(name, child.mother, child.father, digest, generation, step))
-            self.ids[place] = name
-            self.genotypes[place] = child.genes
+            digest = genotype_digest(self.schema, agent.genes)
+            births.append(Birth(identity, agent.mother, agent.father, digest, generation, step))
+            self.ids[index] = identity
+            self.genotypes[index] = agent.genes
         self.turns[:] = 0
         self.pool = []
         self.conceived = 0
         return births
 
     def save(self) -> dict[str, Any]:
-        """Return everything but the genotypes' owner as plain data and copies."""
+        """Return all there is of the subpopulation, as plain data and copies."""
         return {
             "genotypes": self.genotypes.copy(),
             "ids": list(self.ids),

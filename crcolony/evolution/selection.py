@@ -1,4 +1,4 @@
-"""Roulette wheel (eq. 4.1) and tournament selection: for the central baseline only; a colony does not select."""
+"""Roulette wheel (eq. 4.1) and tournament selection, for the central baseline only."""
 
 import numpy as np
 
@@ -6,7 +6,8 @@ from crcolony.compiled import FloatArray, IntArray
 
 
 def roulette(fitness: FloatArray, count: int, rng: np.random.Generator) -> IntArray:
-    """Draw `count` individuals with probability proportional to their fitness (eq. 4.1); uniformly if all are 0.
+    """Return `count` indices drawn in proportion to `fitness` (N,) (eq. 4.1); uniformly if all
+    fitness is 0.
 
     Raises ValueError for a fitness that is negative or not finite.
     """
@@ -18,12 +19,13 @@ def roulette(fitness: FloatArray, count: int, rng: np.random.Generator) -> IntAr
 
 
 def tournament(fitness: FloatArray, count: int, size: int, rng: np.random.Generator) -> IntArray:
-    """Draw `count` individuals, each the fittest of `size` drawn uniformly with replacement.
+    """Return `count` indices, each of the fittest of `size` individuals drawn uniformly with
+    replacement.
 
     Raises ValueError for a size below 1.
     """
     if size < 1:
-        raise ValueError(f"a tournament needs somebody in it, not {size}")
+        raise ValueError(f"a tournament needs one individual or more, not {size}")
     entrants = rng.integers(fitness.size, size=(count, size))
     winners = np.argmax(fitness[entrants], axis=1)
     return np.asarray(entrants[np.arange(count), winners], dtype=np.int64)

@@ -1,4 +1,4 @@
-"""Time sharing: which virtual agent controls the robot next (thesis 4.5; 6.1 after Whiteson and Stone 2006)."""
+"""Time sharing (thesis 4.5; 6.1 after Whiteson and Stone 2006): the next agent in control."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -9,14 +9,16 @@ from crcolony.compiled import FloatArray, IntArray
 
 
 class TimeSharing(Protocol):
-    """Chooses the next agent from what a robot knows of its own agents; keeps nothing itself."""
+    """Chooses the next agent by the slices and the performance of the own agents; it has no
+    state."""
 
     def next_agent(
-        self, turns: IntArray, worth: FloatArray, rng: np.random.Generator
+        self, turns: IntArray, performance: FloatArray, rng: np.random.Generator
     ) -> int | None:
         """Return the next agent, or None when the generation is over.
 
-        `turns` (agents,) counts the slices each has had, `worth` (agents,) says how well each has done for itself.
+        `turns` (agents,) are the slices that each has had, `performance` (agents,) its matings per
+        step alive.
         """
         ...
 
@@ -28,9 +30,9 @@ class RandomOrder:
     rounds: int
 
     def next_agent(
-        self, turns: IntArray, worth: FloatArray, rng: np.random.Generator
+        self, turns: IntArray, performance: FloatArray, rng: np.random.Generator
     ) -> int | None:
-        """Return a random agent of those that had the fewest slices."""
+        """Return a random agent of those that have had the fewest slices."""
         fewest = turns.min()
         if fewest >= self.rounds:
             return None
@@ -39,41 +41,45 @@ class RandomOrder:
 
 @dataclass(frozen=True)
 class EpsilonGreedyOrder:
-    """After one slice each, mostly the agent of most worth; the generation has as many slices as with rounds."""
+    """After one slice each, mostly the agent that performs best; a generation has as many slices as
+    in rounds."""
 
     rounds: int
     epsilon: float
 
     def next_agent(
-        self, turns: IntArray, worth: FloatArray, rng: np.random.Generator
+        self, turns: IntArray, performance: FloatArray, rng: np.random.Generator
     ) -> int | None:
-        """Return a new agent while there is one, then the best, or with probability epsilon any."""
+        """Return an agent without a slice while there is one, then the best, or with probability
+        epsilon any."""
         if turns.sum() >= self.rounds * turns.size:
             return None
         if turns.min() == 0:
             return int(rng.choice(np.flatnonzero(turns == 0)))
         if rng.random() < self.epsilon:
             return int(rng.integers(turns.size))
-        return int(rng.choice(np.flatnonzero(worth == worth.max())))
+        return int(rng.choice(np.flatnonzero(performance == performance.max())))
 
 
 @dataclass(frozen=True)
 class SoftmaxOrder:
-    """After one slice each, agents by a Boltzmann distribution over their worth relative to the best."""
+    """After one slice each, agents by a Boltzmann distribution over their performance relative to
+    the best."""
 
     rounds: int
     temperature: float
 
     def next_agent(
-        self, turns: IntArray, worth: FloatArray, rng: np.random.Generator
+        self, turns: IntArray, performance: FloatArray, rng: np.random.Generator
     ) -> int | None:
-        """Return a new agent while there is one, then one drawn by worth; temperature 0 is greedy."""
+        """Return an agent without a slice while there is one, then one drawn by performance;
+        temperature 0 is greedy."""
         if turns.sum() >= self.rounds * turns.size:
             return None
         if turns.min() == 0:
             return int(rng.choice(np.flatnonzero(turns == 0)))
-        best = worth.max()
+        best = performance.max()
         if self.temperature == 0.0 or best <= 0.0:
-            return int(rng.choice(np.flatnonzero(worth == best)))
-        odds = np.exp((worth / best - 1.0) / self.temperature)
+            return int(rng.choice(np.flatnonzero(performance == best)))
+        odds = np.exp((performance / best - 1.0) / self.temperature)
         return int(rng.choice(turns.size, p=odds / odds.sum()))

@@ -8,7 +8,7 @@ import numpy as np
 from crcolony.compiled import IntArray
 from crcolony.evolution.genotype import Schema
 from crcolony.evolution.lineage import Birth
-from crcolony.evolution.population import Newborn
+from crcolony.evolution.population import NewAgent
 from crcolony.evolution.selection import roulette
 from crcolony.evolution.variation import Variation
 from crcolony.randomness import generator, new_streams
@@ -40,6 +40,6 @@ class CentralSelection:
                 genes = self._variation.offspring(
                     genotypes[mother], genotypes[father], self._schema, rng
                 )
-                offspring.append(Newborn(genes, ids[mother], ids[father]))
+                offspring.append(NewAgent(genes, ids[mother], ids[father]))
             births.append(robot.turn_over(offspring))
         return births

@@ -13,26 +13,26 @@ import numpy as np
 from crcolony.body import contract
 from crcolony.compiled import FloatArray, compiled
 from crcolony.config import Config
-from crcolony.evolution.history import Died, Event, Mated, TurnedOver, born
+from crcolony.evolution.history import Died, Event, Mated, TurnedOver, birth_event
 from crcolony.evolution.lineage import Birth
 from crcolony.in_process.central_selection import CentralSelection
 from crcolony.results.generation_summary import summarise_robots
-from crcolony.robot.factory import make_robots, numbered_streams, variation_of
+from crcolony.robot.factory import make_robots, make_variation, numbered_streams
 from crcolony.robot.life_records import lifetimes_of
 from crcolony.robot.robot import Robot
 from crcolony.robot.state import DIED, MET, SLICE_OVER, Robots, StepParameters
 from crcolony.robot.step import step_robots
 from crcolony.world.arena import Arena
 from crcolony.world.state import World
-from crcolony.world.tick import advance, command, observe
+from crcolony.world.tick import integrate, observe, set_action
 
 
 @compiled
 def tick(world: World, robots: Robots, parameters: StepParameters, actions: FloatArray) -> int:
     """Run one control period for all robots; return the bits of all events."""
     for i in range(actions.shape[0]):
-        command(world, i, actions[i])
-    advance(world)
+        set_action(world, i, actions[i])
+    integrate(world)
     observe(world)
     due = world.observations.shape[0] - 1
     return step_robots(robots, parameters, world.observations[due], actions)
@@ -65,7 +65,7 @@ class InProcessColony:
         self.schema = self.robots[0].subpopulation.schema
         self.actions = np.zeros((config.robots, contract.ACTION_WIDTH))
         self._central = (
-            CentralSelection(self.schema, variation_of(config), config.seed)
+            CentralSelection(self.schema, make_variation(config.heredity), config.seed)
             if config.selection == "central"
             else None
         )
@@ -114,7 +114,7 @@ class InProcessColony:
             if other < row:
                 continue
             one, two = self.robots[row], self.robots[other]
-            offered, received = one.exchange(), two.exchange()
+            offered, received = one.mating_offer(), two.mating_offer()
             own_offspring, partner_offspring = one.mate(received), two.mate(offered)
             self._record(
                 Mated(
@@ -170,4 +170,4 @@ class InProcessColony:
 
     def _report_births(self, row: int, births: list[Birth]) -> None:
         for agent, birth in enumerate(births):
-            self._record(born(self.tick, row, birth, self.batch.genotypes[row, agent]))
+            self._record(birth_event(self.tick, row, birth, self.batch.genotypes[row, agent]))

@@ -1,1 +1,1 @@
-"""Learning within a lifetime: chapters 2 and 3 of the thesis, one algorithm a file."""
+"""Learning in a lifetime: chapters 2 and 3 of the thesis, one algorithm a file."""

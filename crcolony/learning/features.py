@@ -1,8 +1,8 @@
 """Features phi_s of a state: tile coding (section 2.7) and normalised RBF networks (eq. 2.27).
 
-A feature map gives the features that are not zero, as their indices and their values: N of n for N
-tilings, where every value is 1, and all n for an RBF network. A linear value function (eq. 2.19)
-is then the sum of a few products, and eq. 2.20 says that the values are also its gradient.
+A feature map returns the features that are not zero, as their indices and their values: N of n for
+N tilings, where every value is 1, and all n for an RBF network. A linear value function (eq. 2.19)
+is then the sum of a few products, and by eq. 2.20 the values are also its gradient.
 """
 
 from dataclasses import dataclass
@@ -14,14 +14,14 @@ from crcolony.compiled import FloatArray, IntArray, compiled
 
 
 class FeatureMap(Protocol):
-    """Turns a state into the features a linear value function weighs."""
+    """Maps a state to the features of a linear value function."""
 
     @property
     def size(self) -> int:
         """The number n of features."""
 
     def __call__(self, state: FloatArray) -> tuple[IntArray, FloatArray]:
-        """The indices and the values of the features of `state` (d,) that are not zero."""
+        """Return the indices and the values of the features of `state` (d,) that are not zero."""
 
 
 @compiled
@@ -35,26 +35,26 @@ def tile_indices(
 ) -> None:
     """Write to `out` (tilings,) the active tile of each tiling, in [0, tilings * prod(tiles + 1)).
 
-    `tiles` (d,) lie across [low, high] (d,) each; tiling k is displaced by `offsets[k]` (tilings,
-    d), in fractions of a tile, so one tile more is needed to cover the range. A state (d,) out of
-    range counts as on the border.
+    `tiles` (d,) are the tiles along each axis of [low, high] (d,); tiling k is displaced by row k
+    of `offsets` (tilings, d), in fractions of a tile, so one tile more is needed to cover the
+    range. A state (d,) out of range counts as on the border.
     """
     for tiling in range(out.shape[0]):
         out[tiling] = tiling
     for axis in range(tiles.shape[0]):
         count = tiles[axis]
-        place = (state[axis] - low[axis]) * (count / (high[axis] - low[axis]))
-        if not place > 0.0:  # NaN lands on the border too
-            place = 0.0
-        elif place > count:
-            place = float(count)
+        position = (state[axis] - low[axis]) * (count / (high[axis] - low[axis]))
+        if not position > 0.0:  # NaN counts as on the border, too
+            position = 0.0
+        elif position > count:
+            position = float(count)
         for tiling in range(out.shape[0]):
-            cell = min(int(place + offsets[tiling, axis]), count)
+            cell = min(int(position + offsets[tiling, axis]), count)
             out[tiling] = out[tiling] * (count + 1) + cell
 
 
 def uniform_offsets(tilings: int, dimensions: int) -> FloatArray:
-    """Displacements (tilings, d) by odd multiples 1, 3, 5, ... of 1 / tilings of a tile.
+    """Return displacements (tilings, d): odd multiples 1, 3, 5, ... of 1 / tilings of a tile.
 
     Each axis has its own multiple (Parks and Militzer 1991), so that tilings do not line up along
     the diagonal. Raises ValueError for fewer than one tiling or dimension.
@@ -67,7 +67,7 @@ def uniform_offsets(tilings: int, dimensions: int) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class TileCoding:
-    """N grid tilings over a box, each displaced a little: N active tiles of n (Algorithm 2.2).
+    """N grid tilings over a box, each displaced: N active tiles of n (section 2.7).
 
     `low`, `high` and `tiles` are (d,), `offsets` is (tilings, d) in fractions of a tile. Raises
     ValueError for an empty box, fewer than one tile along an axis, offsets outside [0, 1) or
@@ -96,11 +96,11 @@ class TileCoding:
 
     @property
     def active(self) -> int:
-        """The number N of tilings, of active tiles that is."""
+        """The number N of tilings, and so of active tiles."""
         return int(self.offsets.shape[0])
 
     def __call__(self, state: FloatArray) -> tuple[IntArray, FloatArray]:
-        """The active tiles of `state` (d,) and a value of 1 for each.
+        """Return the active tiles of `state` (d,) and a value of 1 for each.
 
         Raises ValueError for a state of another shape.
         """
@@ -132,7 +132,10 @@ class NormalizedRBF:
 
     @classmethod
     def grid(cls, low: FloatArray, high: FloatArray, counts: IntArray) -> Self:
-        """Centres on a grid over [low, high] (d,), `counts` (d,) an axis, the last fastest."""
+        """Return a network with centres on a grid over [low, high] (d,), `counts` (d,) an axis.
+
+        The last axis is the fastest. Raises ValueError as `grid_axis` does.
+        """
         axes = [grid_axis(*axis) for axis in zip(low, high, counts, strict=True)]
         mesh = np.meshgrid(*(centres for centres, _ in axes), indexing="ij")
         centres = np.stack([coordinate.ravel() for coordinate in mesh], axis=1)
@@ -144,15 +147,20 @@ class NormalizedRBF:
         return int(self.centres.shape[0])
 
     def __call__(self, state: FloatArray) -> tuple[IntArray, FloatArray]:
-        """All features of `state` (d,): not negative, with a sum of 1, however far the state is."""
+        """Return all features of `state` (d,): not negative, with a sum of 1, however far it is."""
         distances = (state - self.centres) / self.widths.reshape(self.size, -1)
         exponents = 0.5 * np.sum(distances**2, axis=1)
-        responses = np.exp(exponents.min() - exponents)  # the nearest responds with 1, never with 0
+        responses = np.exp(
+            exponents.min() - exponents
+        )  # the nearest responds with 1, so the sum is not 0
         return np.arange(self.size), responses / responses.sum()
 
 
 def grid_axis(low: float, high: float, count: int) -> tuple[FloatArray, float]:
-    """Centres (count,) evenly along [low, high], and a width: the distance of neighbours."""
+    """Return centres (count,) evenly along [low, high], and a width: the distance of neighbours.
+
+    Raises ValueError for an empty range or no centre.
+    """
     if not low < high or count < 1:
         raise ValueError(f"need low < high and a centre, got {low}, {high} and {count}")
     if count == 1:
@@ -188,7 +196,10 @@ def grid_rbf_value(
     scratch_x: FloatArray,
     scratch_y: FloatArray,
 ) -> float:
-    """The value at (x, y) of a normalised RBF grid with `weights_xy` (nx * ny,), y fastest."""
+    """Return the value at (x, y) of a normalised RBF grid (eq. 2.27) with `weights_xy` (nx * ny,).
+
+    The index of y is the fastest; `scratch_x` (nx,) and `scratch_y` (ny,) are overwritten.
+    """
     # exp(-(dx^2 + dy^2)) = exp(-dx^2) exp(-dy^2), and the sum over a grid of products is the
     # product of the sums over its axes: nx + ny exponentials instead of nx * ny. The largest
     # response cancels in the quotient.

@@ -1,7 +1,7 @@
 """Temporal-difference learning with tables, equations 2.11 to 2.14, and linearly, 2.23.
 
-Tables are V (states,) and Q (states, actions), changed in place. Each update returns its TD error.
-The value of a terminal state is 0, whatever its entry says.
+Tables are V (states,) and Q (states, actions), updated in place. Each update returns its TD error.
+The value of a terminal state is 0, whatever its entry in the table is.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from crcolony.learning.policies import greedy
 
 @compiled
 def td_error(reward: float, gamma: float, value_next: float, value: float) -> float:
-    """delta_t = r_(t+1) + gamma V(s_(t+1)) - V(s_t) (eq. 2.11)."""
+    """Return delta_t = r_(t+1) + gamma V(s_(t+1)) - V(s_t) (eq. 2.11)."""
     return reward + gamma * value_next - value
 
 
@@ -26,7 +26,7 @@ def td0(
     alpha: float,
     gamma: float,
 ) -> float:
-    """TD(0) (eq. 2.12)."""
+    """Update V by TD(0) (eq. 2.12)."""
     value_next = 0.0 if terminal else v[state_next]
     delta = td_error(reward, gamma, value_next, v[state])
     v[state] += alpha * delta
@@ -45,7 +45,7 @@ def sarsa0(
     alpha: float,
     gamma: float,
 ) -> float:
-    """Sarsa(0) (eq. 2.13): on-policy, it values the action that is really taken next."""
+    """Update Q by Sarsa(0) (eq. 2.13): on-policy, by the value of the action that is taken next."""
     value_next = 0.0 if terminal else q[state_next, action_next]
     delta = td_error(reward, gamma, value_next, q[state, action])
     q[state, action] += alpha * delta
@@ -63,7 +63,7 @@ def q_learning(
     alpha: float,
     gamma: float,
 ) -> float:
-    """One-step Q-learning (eq. 2.14): off-policy, it values the best action."""
+    """Update Q by one-step Q-learning (eq. 2.14): off-policy, by the value of the best action."""
     value_next = 0.0 if terminal else q[state_next, greedy(q[state_next], 0.0)]
     delta = td_error(reward, gamma, value_next, q[state, action])
     q[state, action] += alpha * delta
@@ -71,5 +71,8 @@ def q_learning(
 
 
 def linear_values(theta: FloatArray, indices: IntArray, values: FloatArray) -> FloatArray:
-    """Q_s (actions,) of the features of a state, linear in `theta` (n, actions) (eq. 2.23)."""
+    """Return Q_s (actions,) of a state: linear in `theta` (n, actions) (eq. 2.23).
+
+    `indices` and `values` are the features of the state, as a `FeatureMap` returns them.
+    """
     return np.asarray(values @ theta[indices], dtype=np.float64)

@@ -1,29 +1,31 @@
-"""Eligibility traces, equations 2.15 to 2.17: replacing traces with clearing, made lazy.
+"""Eligibility traces, equations 2.15 to 2.17: replacing traces with clearing, updated lazily.
 
 Equation 2.15 gives every weight its share of every TD error, which costs a pass over all traces in
-every step. Wiering and Schmidhuber (1998) observed that nobody looks at a weight until its tile is
-active again, so the share can be paid then. All traces fade by the same factor; with the running
-product DECAY_t = prod gamma lambda, a trace set to 1 at time v is now DECAY_t / DECAY_v, and what
-its weight is owed is
+every step. Wiering and Schmidhuber (1998) observed that a weight is not read until its tile is
+active again, so that its share can be applied then. All traces fade by the same factor; with the
+running product DECAY_t = prod gamma lambda, a trace set to 1 at time v is now DECAY_t / DECAY_v,
+and the update that is pending for its weight is
 
     alpha / N * sum_t delta_t DECAY_t / DECAY_v = rate * SCALE * (ERRORS - SUM)
 
-where ERRORS = sum_t delta_t DECAY_t is kept once for all, SCALE = 1 / DECAY_v, and SUM is ERRORS
-when the tile was last paid. Clearing makes this small: at most one action of a tile holds a trace,
-so a tile needs just three numbers. Nothing is lost but rounding, and a step costs the same however
-many traces are alive; only when DECAY has become small are they visited, to start it anew.
+where ERRORS = sum_t delta_t DECAY_t is stored once for all traces, SCALE = 1 / DECAY_v, and SUM is
+ERRORS when the tile was last updated. Clearing keeps this small: at most one action of a tile has a
+trace, so a tile needs just three numbers. Nothing is lost but rounding, and a step costs the same
+however many traces there are; all of them are visited only when DECAY has become small, to scale it
+back to 1.
 
 The readable definitions come first: (n, actions) traces `e`, faded and set in every step. The lazy
-ones are `settle` and what follows it, and are tested against them.
+ones, from `apply_pending` on, are tested against them.
 
 The arrays of one learner (n tiles):
 
-    weights (n, actions)  Theta of Algorithm 2.2
-    traces  (n, 3)        ACTION, SCALE (0: the tile holds no trace) and SUM of each tile
-    live    (n,)          the tiles that hold a trace, in its first COUNT places
-    clock   (3,)          DECAY, ERRORS and COUNT; starts as (1, 0, 0)
+    weights       (n, actions)  Theta of Algorithm 2.2
+    traces        (n, 3)        ACTION, SCALE (0: the tile has no trace) and SUM of each tile
+    traced_tiles  (n,)          the tiles that have a trace, in its first COUNT elements
+    totals        (3,)          DECAY, ERRORS and COUNT; starts as (1, 0, 0)
 
-`rate` is alpha / N. What is owed is owed at one rate: call `forget` before changing it.
+`rate` is alpha / N. Pending updates are applied at one rate: call `clear_traces` before changing
+it.
 """
 
 from crcolony.compiled import FloatArray, IntArray, compiled
@@ -51,37 +53,47 @@ def replace_and_clear(e: FloatArray, indices: IntArray, action: int, gamma_lambd
 
 
 def truncate(e: FloatArray, gamma_lambda: float, m: int) -> None:
-    """Keep only the traces of the last `m` steps and now, e >= (gamma lambda)^m (section 2.5)."""
+    """Clear the traces that are older than `m` steps: keep e >= (gamma lambda)^m (section 2.5)."""
     e[e < gamma_lambda**m] = 0.0
 
 
-ACTION, SCALE, SUM = 0, 1, 2
-DECAY, ERRORS, COUNT = 0, 1, 2
+ACTION = 0
+"""Column of `traces`: the action that has the trace of a tile."""
+SCALE = 1
+"""Column of `traces`: 1 / DECAY when the trace was set; 0 if the tile has no trace."""
+SUM = 2
+"""Column of `traces`: ERRORS when the tile was last updated."""
+DECAY = 0
+"""Element of `totals`: the running product of gamma lambda."""
+ERRORS = 1
+"""Element of `totals`: the running sum of delta * DECAY."""
+COUNT = 2
+"""Element of `totals`: the number of tiles that have a trace."""
 
-# An error is added to ERRORS as delta * DECAY and comes back as a difference, so about 1e-16 /
-# DECAY of it is lost to rounding. DECAY starts anew at 1 before that matters.
-SMALLEST_DECAY = 1e-4
-# A trace below this could not change a weight by more than its error in rounding does.
-SMALLEST_TRACE = 1e-14
+MIN_DECAY = 1e-4
+"""Below this DECAY is scaled back to 1: an error is added to ERRORS as delta * DECAY and read as a
+difference, so that about 1e-16 / DECAY of it is lost to rounding."""
+MIN_TRACE = 1e-14
+"""A trace below this is cleared: it changes a weight by less than rounding does."""
 
 
 @compiled
-def settle(
-    weights: FloatArray, traces: FloatArray, clock: FloatArray, tile: int, rate: float
+def apply_pending(
+    weights: FloatArray, traces: FloatArray, totals: FloatArray, tile: int, rate: float
 ) -> None:
-    """Pay `tile` what it is owed (eq. 2.15)."""
+    """Apply to the weights of `tile` the update that is pending for them (eq. 2.15)."""
     scale = traces[tile, SCALE]
     if scale != 0.0:
-        owed = scale * (clock[ERRORS] - traces[tile, SUM])
-        weights[tile, int(traces[tile, ACTION])] += rate * owed
-        traces[tile, SUM] = clock[ERRORS]
+        pending = scale * (totals[ERRORS] - traces[tile, SUM])
+        weights[tile, int(traces[tile, ACTION])] += rate * pending
+        traces[tile, SUM] = totals[ERRORS]
 
 
 @compiled
 def action_values(
     weights: FloatArray,
     traces: FloatArray,
-    clock: FloatArray,
+    totals: FloatArray,
     tiles: IntArray,
     rate: float,
     out: FloatArray,
@@ -91,71 +103,73 @@ def action_values(
         out[action] = 0.0
     for position in range(tiles.shape[0]):
         tile = tiles[position]
-        settle(weights, traces, clock, tile, rate)
+        apply_pending(weights, traces, totals, tile, rate)
         for action in range(out.shape[0]):
             out[action] += weights[tile, action]
 
 
 @compiled
-def visit(
+def set_traces(
     weights: FloatArray,
     traces: FloatArray,
-    live: IntArray,
-    clock: FloatArray,
+    traced_tiles: IntArray,
+    totals: FloatArray,
     tiles: IntArray,
     action: int,
     gamma_lambda: float,
     rate: float,
 ) -> None:
-    """Fade all traces; set those of the active `tiles` (N,) to 1 for `action`, to 0 for others."""
-    clock[DECAY] *= gamma_lambda
-    if clock[DECAY] < SMALLEST_DECAY:
-        renew(weights, traces, live, clock, rate)
-    scale = 1.0 / clock[DECAY]
+    """Fade all traces; set those of active `tiles` (N,) to 1 for `action`, 0 for others (eq.
+    2.17)."""
+    totals[DECAY] *= gamma_lambda
+    if totals[DECAY] < MIN_DECAY:
+        renormalise(weights, traces, traced_tiles, totals, rate)
+    scale = 1.0 / totals[DECAY]
     for position in range(tiles.shape[0]):
         tile = tiles[position]
         if traces[tile, SCALE] == 0.0:
-            live[int(clock[COUNT])] = tile
-            clock[COUNT] += 1.0
+            traced_tiles[int(totals[COUNT])] = tile
+            totals[COUNT] += 1.0
         else:
-            settle(weights, traces, clock, tile, rate)
+            apply_pending(weights, traces, totals, tile, rate)
         traces[tile, ACTION] = action
         traces[tile, SCALE] = scale
-        traces[tile, SUM] = clock[ERRORS]
+        traces[tile, SUM] = totals[ERRORS]
 
 
 @compiled
-def learn(clock: FloatArray, delta: float) -> None:
-    """Owe the TD error `delta` to all traces (eq. 2.15)."""
-    clock[ERRORS] += delta * clock[DECAY]
+def accumulate_error(totals: FloatArray, delta: float) -> None:
+    """Make the TD error `delta` pending for all weights that have a trace (eq. 2.15)."""
+    totals[ERRORS] += delta * totals[DECAY]
 
 
 @compiled
-def renew(
-    weights: FloatArray, traces: FloatArray, live: IntArray, clock: FloatArray, rate: float
+def renormalise(
+    weights: FloatArray, traces: FloatArray, traced_tiles: IntArray, totals: FloatArray, rate: float
 ) -> None:
-    """Pay every tile and count DECAY from 1 again; traces that have faded away end."""
+    """Apply all pending updates, scale DECAY back to 1, and clear traces that have faded to
+    nothing."""
     kept = 0
-    for position in range(int(clock[COUNT])):
-        tile = live[position]
-        settle(weights, traces, clock, tile, rate)
-        trace = traces[tile, SCALE] * clock[DECAY]
-        if trace < SMALLEST_TRACE:
+    for position in range(int(totals[COUNT])):
+        tile = traced_tiles[position]
+        apply_pending(weights, traces, totals, tile, rate)
+        trace = traces[tile, SCALE] * totals[DECAY]
+        if trace < MIN_TRACE:
             traces[tile, SCALE] = 0.0
             continue
         traces[tile, SCALE] = trace
         traces[tile, SUM] = 0.0
-        live[kept] = tile
+        traced_tiles[kept] = tile
         kept += 1
-    clock[DECAY] = 1.0
-    clock[ERRORS] = 0.0
-    clock[COUNT] = kept
+    totals[DECAY] = 1.0
+    totals[ERRORS] = 0.0
+    totals[COUNT] = kept
 
 
 @compiled
-def forget(
-    weights: FloatArray, traces: FloatArray, live: IntArray, clock: FloatArray, rate: float
+def clear_traces(
+    weights: FloatArray, traces: FloatArray, traced_tiles: IntArray, totals: FloatArray, rate: float
 ) -> None:
-    """Pay every tile and end all traces, as at the start of an episode: e <- 0."""
-    clock[DECAY] = 0.0  # every trace has faded to nothing
-    renew(weights, traces, live, clock, rate)
+    """Apply all pending updates and clear all traces, as at the start of an episode: e <- 0."""
+    totals[DECAY] = 0.0  # every trace has faded to nothing
+    renormalise(weights, traces, traced_tiles, totals, rate)

@@ -1,15 +1,15 @@
 """Watkins's Q(lambda) with linear function approximation, Algorithm 2.1.
 
-The thesis runs it on normalised RBF networks; any feature map does. Off-policy: it learns about the
-greedy policy, so an exploratory action ends all traces. As in the algorithm, Q_s is carried over
-from the step before, not computed again after the update.
+The thesis uses it with normalised RBF networks; any feature map will do. Off-policy: it learns the
+values of the greedy policy, so an exploratory action clears all traces. As in the algorithm, Q_s is
+kept from the step before, not computed again after the update.
 """
 
 import numpy as np
 
 from crcolony.compiled import FloatArray, IntArray
 from crcolony.learning.features import FeatureMap
-from crcolony.learning.policies import softmax
+from crcolony.learning.policies import NO_ACTION, softmax
 from crcolony.learning.td import linear_values, td_error
 from crcolony.learning.traces import accumulate
 
@@ -48,15 +48,15 @@ class WatkinsQLambda:
         self._action = 0
 
     def start(self, state: FloatArray, u: float) -> int:
-        """Begin an episode in `state` (d,) and choose the first action with the draw `u`."""
+        """Start an episode in `state` (d,) with the uniform draw `u`; return the first action."""
         self.e[:] = 0.0
         features = self.features(state)
-        return self._take(features, linear_values(self.theta, *features), u)
+        return self._select_action(features, linear_values(self.theta, *features), u)
 
     def step(self, reward: float, state: FloatArray, terminal: bool, u: float) -> int:
-        """Learn from the last action's `reward` and next `state` (d,), and choose the next action.
+        """Learn from the last action's `reward` and next `state` (d,); return the next action.
 
-        After a terminal state there is none: -1.
+        After a terminal state it is NO_ACTION.
         """
         features = self.features(state)
         values = linear_values(self.theta, *features)
@@ -65,14 +65,16 @@ class WatkinsQLambda:
         self.theta += self.alpha * delta * self.e
         if terminal:
             self.e[:] = 0.0
-            return -1
-        return self._take(features, values, u)
+            return NO_ACTION
+        return self._select_action(features, values, u)
 
     def values(self, state: FloatArray) -> FloatArray:
-        """Q_s (actions,) of `state` (d,)."""
+        """Return Q_s (actions,) of `state` (d,)."""
         return linear_values(self.theta, *self.features(state))
 
-    def _take(self, features: tuple[IntArray, FloatArray], values: FloatArray, u: float) -> int:
+    def _select_action(
+        self, features: tuple[IntArray, FloatArray], values: FloatArray, u: float
+    ) -> int:
         action = softmax(values, self.temperature, self._scratch, u)
         is_greedy = values[action] == values.max()  # ties count
         decay = self.gamma * self.lambda_ if is_greedy else 0.0

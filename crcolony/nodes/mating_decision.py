@@ -9,7 +9,7 @@ from crcolony.protocol.encounters import EncounterRecord
 from crcolony.protocol.mating_messages import pack_genes, unpack_genes
 from crcolony.protocol.telemetry_messages import Exchanged
 from crcolony.randomness import generator
-from crcolony.robot.robot import Exchange, Robot
+from crcolony.robot.robot import MatingOffer, Robot
 from crcolony.robot.state import Robots
 from crcolony.storage.rows import Decision
 
@@ -33,7 +33,7 @@ class MatingDecisions:
             index = subpopulation.ids.index(record.own.agent)
             energy = float(self._batch.energies[robot.row, index])
             genes = unpack_genes(record.partner.genes, subpopulation.schema)
-            offspring = robot.mate(Exchange(record.partner.agent, genes), index)
+            offspring = robot.mate(MatingOffer(record.partner.agent, genes), index)
         return Decision(
             energy=energy,
             conceived=offspring is not None,
@@ -59,7 +59,7 @@ class MatingDecisions:
             return False
         genes = unpack_genes(decision.child, robot.subpopulation.schema)
         offspring = Offspring(genes, record.own.agent, record.partner.agent, decision.step)
-        robot.subpopulation.keep(offspring, generator(robot.stream.copy()))
+        robot.subpopulation.add_to_pool(offspring, generator(robot.stream.copy()))
         return True
 
 

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
-from crcolony.evolution.history import Died, Event, OwnEvent, TurnedOver, born
+from crcolony.evolution.history import Died, Event, OwnEvent, TurnedOver, birth_event
 from crcolony.evolution.lineage import Birth
 from crcolony.nodes.mating_decision import MatingDecisions, exchanged_event
 from crcolony.nodes.mating_driver import MatingDriver
@@ -140,7 +140,7 @@ class RobotNode:
             self._record(Died(tick, self.number, self._agent_name))
         # An agent whose birth is not saved must not mate: after a crash another could be born with its name.
         if contact is not None and events & MET and not self._has_unsaved_births:
-            own = self.robot.exchange()
+            own = self.robot.mating_offer()
             self._mating.handle_contact(
                 now_s, contact, Offer(own.agent, pack_genes(own.genes)), tick
             )
@@ -164,7 +164,7 @@ class RobotNode:
         genotypes = self.robot.subpopulation.genotypes
         self._has_unsaved_births = True
         for index, birth in enumerate(births):
-            self._record(born(self.tick, self.number, birth, genotypes[index]))
+            self._record(birth_event(self.tick, self.number, birth, genotypes[index]))
 
     # Envelopes, peers and time ---------------------------------------------------------------------------------
 

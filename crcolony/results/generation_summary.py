@@ -91,7 +91,7 @@ def summarise_robots(
         has_starved=batch.energies <= 0.0,
         conceptions_per_agent=conceived / batch.matings.size,
         genotypes=batch.genotypes,
-        mating_share=float(batch.used[:, :, -1].sum() / max(batch.used.sum(), 1)),
+        mating_share=float(batch.module_steps[:, :, -1].sum() / max(batch.module_steps.sum(), 1)),
     )
     genes = [gene.name for gene in robots[0].subpopulation.schema.genes]
     return summarise(generation, tick, agents, genes)

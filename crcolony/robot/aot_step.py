@@ -1,8 +1,9 @@
-"""The control step as machine code in a file: a robot's own process needs no compiler, half the memory and no wait.
+"""The control step compiled ahead of time: a robot's own process needs no compiler and no wait.
 
-numba compiles `step.step_robot` once for this machine; its object code is kept beside numba's own cache. A process
-that finds it there loads it with llvmlite alone, without importing numba. All arrays are passed as one table of
-addresses and shapes, which is made once. It is the same code: both ways give the same robots, bit for bit.
+numba compiles `step.step_robot` once for this machine; its object code is stored beside numba's own
+cache. A process that finds it there loads it with llvmlite alone, without importing numba. All
+arrays are passed as one table of addresses and shapes, which is made once. The code is the same, so
+both ways give the same robots, bit for bit.
 """
 
 import ctypes
@@ -22,28 +23,32 @@ from crcolony.robot.state import Robots, StepParameters
 from crcolony.robot.step import step_robot
 
 Step = Callable[[int, FloatArray, FloatArray], None]
-"""Lets robot i of a batch live one control period: reads an observation, writes an action."""
+"""Advances robot i of a batch by one control step: reads an observation, writes an action."""
 
 _POINTERS = {"float64": "float_pointer", "int64": "int_pointer", "uint64": "word_pointer"}
-_ONLY_AFTER_A_BUG = ("numba_gil_ensure", "numba_gil_release", "NRT_MemInfo_call_dtor")
-"""numba's own functions, which the machine code would call if the step raised an exception; it cannot"""
+"""Names, in the generated source, of the functions that turn an address into a pointer."""
+_UNREACHABLE = ("numba_gil_ensure", "numba_gil_release", "NRT_MemInfo_call_dtor")
+"""Functions of numba that the machine code would call if the step raised an exception, which it
+cannot."""
 _owners: list[Any] = []
-"""Of loaded machine code: they must outlive every call"""
+"""Owners of loaded machine code, which have to outlive every call."""
 
 
 def load_step(robots: Robots, parameters: StepParameters) -> Step:
-    """Return the control step of these robots: ready-made code, made first if there is none yet."""
+    """Return the control step of these robots as machine code, which is compiled first if there is
+    none yet."""
     if is_switched_off():
         return lambda i, observation, action: step_robot(robots, parameters, i, observation, action)
     layout = _layout(robots, parameters)
     path = _path(layout)
     if not path.exists():
-        _make(path, layout)
+        _compile(path, layout)
     return _bind(_load(path), robots, parameters)
 
 
 def _layout(robots: Robots, parameters: StepParameters) -> tuple[tuple[str, str, str, int], ...]:
-    """Return owner, name, type and dimensions of every field, which is what the machine code depends on."""
+    """Return class, name, type and dimensions of every field: all that the machine code depends
+    on."""
     return tuple(
         (type(owner).__name__, name, value.dtype.name, value.ndim)
         for owner in (robots, parameters)
@@ -52,6 +57,7 @@ def _layout(robots: Robots, parameters: StepParameters) -> tuple[tuple[str, str,
 
 
 def _path(layout: Sequence[tuple[str, str, str, int]]) -> Path:
+    """Return the file of the machine code for this machine and layout."""
     from llvmlite import binding  # type: ignore[import-untyped]
 
     machine = (
@@ -64,13 +70,13 @@ def _path(layout: Sequence[tuple[str, str, str, int]]) -> Path:
 def _bind(code: Any, robots: Robots, parameters: StepParameters) -> Step:
     """Return the step over these arrays, which it keeps alive."""
     table = _table(robots, parameters)
-    seen, done = np.zeros(OBSERVATION_WIDTH), np.zeros(ACTION_WIDTH)
-    addresses = (table.ctypes.data, seen.ctypes.data, done.ctypes.data)
+    observed, acted = np.zeros(OBSERVATION_WIDTH), np.zeros(ACTION_WIDTH)
+    addresses = (table.ctypes.data, observed.ctypes.data, acted.ctypes.data)
 
     def step(i: int, observation: FloatArray, action: FloatArray) -> None:
-        seen[:] = observation
+        observed[:] = observation
         code(addresses[0], i, addresses[1], addresses[2])
-        action[:] = done
+        action[:] = acted
 
     step.owners = (table, robots, parameters)  # type: ignore[attr-defined]
     return step
@@ -82,7 +88,7 @@ def _table(*owners: Robots | StepParameters) -> np.ndarray:
     for owner in owners:
         for value in owner:
             if isinstance(value, np.ndarray):
-                assert value.flags.c_contiguous, "machine code counts on it"
+                assert value.flags.c_contiguous, "the machine code has no strides"
                 words += [value.ctypes.data, *value.shape]
             elif isinstance(value, int | np.integer):
                 words.append(int(value) & (2**64 - 1))
@@ -92,12 +98,12 @@ def _table(*owners: Robots | StepParameters) -> np.ndarray:
 
 
 def _load(path: Path) -> Any:
-    """Load machine code; what does not fit this machine has another name and is not found."""
+    """Load machine code; the code for another machine has another file name."""
     from llvmlite import binding
 
     entry, _, code = path.read_bytes().partition(b"\n")
     binding.load_library_permanently(ctypes.util.find_library("m"))  # for exp()
-    for name in _ONLY_AFTER_A_BUG:
+    for name in _UNREACHABLE:
         if binding.address_of_symbol(name) is None:
             binding.add_symbol(name, binding.address_of_symbol("abort"))
     binding.initialize_native_target()
@@ -115,8 +121,8 @@ def _load(path: Path) -> Any:
     return ctypes.CFUNCTYPE(None, *words)(engine.get_function_address(entry.decode()))
 
 
-def _make(path: Path, layout: Sequence[tuple[str, str, str, int]]) -> None:
-    """Compile the step with numba, and keep its object code, whole or not at all."""
+def _compile(path: Path, layout: Sequence[tuple[str, str, str, int]]) -> None:
+    """Compile the step with numba, and write its object code, whole or not at all."""
     import numba
     from numba import types
 
@@ -131,7 +137,8 @@ def _make(path: Path, layout: Sequence[tuple[str, str, str, int]]) -> None:
 
 
 def _entry(layout: Sequence[tuple[str, str, str, int]]) -> Callable[..., None]:
-    """Return the function that takes robots and parameters out of the table, and lets `step_robot` do the rest."""
+    """Return the function that reads robots and parameters from the table and calls
+    `step_robot`."""
     fields: dict[str, list[str]] = {"Robots": [], "StepParameters": []}
     at = 0
     for owner, name, dtype, dimensions in layout:
@@ -149,9 +156,9 @@ def entry(address, i, observation, action):
     table = carray(word_pointer(address), ({at},))
     robots = Robots({", ".join(fields["Robots"])})
     parameters = StepParameters({", ".join(fields["StepParameters"])})
-    seen = carray(float_pointer(observation), ({OBSERVATION_WIDTH},))
-    done = carray(float_pointer(action), ({ACTION_WIDTH},))
-    step_robot(robots, parameters, i, seen, done)
+    observed = carray(float_pointer(observation), ({OBSERVATION_WIDTH},))
+    acted = carray(float_pointer(action), ({ACTION_WIDTH},))
+    step_robot(robots, parameters, i, observed, acted)
 """
     names = {
         "Robots": Robots,
@@ -165,7 +172,8 @@ def entry(address, i, observation, action):
 
 
 def _pointers() -> dict[str, Any]:
-    """Return what turns an address into a pointer, in numba's terms."""
+    """Return the names that the generated source uses: numba's functions for pointers and
+    arrays."""
     from llvmlite import ir
     from numba import carray, types  # type: ignore[attr-defined]
     from numba.extending import intrinsic

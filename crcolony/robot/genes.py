@@ -1,6 +1,7 @@
-"""The genes of a virtual agent and how they decode: selector weights, meta-parameters, potentials (thesis 3.2, 3.3).
+"""The genes of a virtual agent: selector, meta-parameters and potentials (thesis 3.2, 3.3, 5.3).
 
-Genes are read straight from the genotype: the compiled step looks at the same array that evolution varies.
+Genes are read straight from the genotype: the compiled step reads the same array that evolution
+varies.
 """
 
 from collections.abc import Sequence
@@ -13,20 +14,22 @@ from crcolony.robot.settings import Heredity, Learning
 
 META_PARAMETERS = ("alpha", "gamma", "lambda", "tau", "tau_decay")
 ALPHA, GAMMA, LAMBDA, TAU, TAU_DECAY = range(len(META_PARAMETERS))
-"""Places of a module's meta-parameters, counted from its first gene; its potential weights follow them."""
+"""Indices of a module's meta-parameters, counted from its first gene."""
 
 POTENTIAL = len(META_PARAMETERS)
+"""Index of the first weight of its potential, which follow them."""
 
 
 def selector_inputs(modules: Sequence[LearningModule] = MODULES) -> tuple[str, ...]:
-    """Name the inputs of the selector network."""
+    """Return the names of the inputs of the selector network."""
     return ("bias", "energy", *(f"{module.name}_target_visible" for module in modules))
 
 
 def agent_schema(
     learning: Learning, heredity: Heredity, modules: Sequence[LearningModule] = MODULES
 ) -> Schema:
-    """Return the genes of an agent: selector outputs of all modules but the first, then each module's own genes."""
+    """Return the genes of an agent: selector weights of all modules but the first, then each
+    module's own genes."""
     genes: list[Gene] = []
     for module in modules[1:]:
         genes += [
@@ -76,7 +79,7 @@ def _potential_genes(name: str, learning: Learning, heredity: Heredity) -> list[
 
 @dataclass(frozen=True)
 class MetaParameters:
-    """What modulates a module's learning (thesis 3.3)."""
+    """The meta-parameters of a module's learning (thesis 3.3)."""
 
     alpha: float
     gamma: float
@@ -87,10 +90,13 @@ class MetaParameters:
 
 @dataclass(frozen=True)
 class VirtualAgent:
-    """A genotype decoded, to look at: the selector (outputs, inputs), and each module's learning ability."""
+    """A decoded genotype, for display and tests: selector weights and each module's learning
+    ability."""
 
     selector: FloatArray
+    """(outputs, inputs) weights"""
     meta_parameters: tuple[MetaParameters, ...]
+    """One for every module"""
     potentials: tuple[FloatArray, ...]
     """(distances, bearings) weights of every module's potential"""
 

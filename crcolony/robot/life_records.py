@@ -6,7 +6,8 @@ from crcolony.robot.state import Robots
 
 
 def lifetimes_of(robot: Robot, batch: Robots, tick: int, number: int) -> list[Lived]:
-    """Return what every agent of a robot has made of its life, before the turnover."""
+    """Return what every agent of a robot achieved; call it before the turnover. `number` is the
+    robot's."""
     row = robot.row
     return [
         Lived(
@@ -14,10 +15,10 @@ def lifetimes_of(robot: Robot, batch: Robots, tick: int, number: int) -> list[Li
             robot=number,
             generation=robot.generation,
             agent=agent,
-            steps=int(batch.steps_alive[row, place]),
-            energy=float(batch.energy_sum[row, place]) / max(int(batch.steps_alive[row, place]), 1),
-            captures=int(batch.captures[row, place]),
-            matings=int(batch.matings[row, place]),
+            steps=int(batch.steps_alive[row, index]),
+            energy=float(batch.energy_sum[row, index]) / max(int(batch.steps_alive[row, index]), 1),
+            captures=int(batch.captures[row, index]),
+            matings=int(batch.matings[row, index]),
         )
-        for place, agent in enumerate(robot.subpopulation.ids)
+        for index, agent in enumerate(robot.subpopulation.ids)
     ]

@@ -1,9 +1,11 @@
-"""What can be set of a robot: how it learns, how it lives, how it has offspring. Defaults: a colony that evolves."""
+"""The settings of a robot: how it learns, lives and reproduces. By default a colony evolves."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Protocol
 
 import msgspec
 from msgspec import Meta
+
+from crcolony.body.settings import CyberRodent
 
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 NotNegative = Annotated[float, Meta(ge=0.0, le=1e6)]
@@ -13,7 +15,8 @@ Tiles = Annotated[int, Meta(ge=1, le=100)]
 
 
 class Learning(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Sarsa(lambda) with tile coding and potential-based shaping, the same in every learning module."""
+    """Sarsa(lambda) with tile coding and potential-based shaping, the same in every learning
+    module."""
 
     tilings: Tiles = 6
     distance_tiles: Tiles = 7
@@ -38,13 +41,15 @@ class Life(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     slices: Count = 3
     """How often each agent controls the robot in a generation."""
     slice_steps: Annotated[int, Meta(ge=2, le=1_000_000)] = 400
+    """Control steps in a slice."""
     time_sharing: Literal["random", "epsilon_greedy", "softmax"] = "random"
     exploration: Share = 0.25
     """Epsilon, or the temperature, of the two informed ways of time sharing."""
     initial_energy: Annotated[float, Meta(gt=0.0, le=1.0)] = 0.5
     energy_per_step: Share = 0.001
     refractory_steps: Annotated[int, Meta(ge=0, le=100_000)] = 25
-    """After a mating the beacon stays off, and faces count as not visible, for this long."""
+    """After a mating the beacon stays off, and faces count as not visible, for so many control
+    steps."""
     conception_threshold: Share = 0.0
     conception_exponent: NotNegative = 1.0
     """Conception has probability energy ** exponent, and none below the threshold."""
@@ -56,7 +61,7 @@ class Heredity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     crossover: Literal["one_point", "two_point", "uniform"] = "two_point"
     mutation_probability: Share = 0.1
     pool_limit: Annotated[int, Meta(ge=1, le=1_000_000)] = 1000
-    """Offspring a robot keeps at most; beyond it a random one makes room."""
+    """Offspring that a robot keeps at most; beyond it a new one replaces a random one."""
     selector_sd: NotNegative = 0.5
     selector_mutation_sd: NotNegative = 0.3
     meta_mutation_sd: NotNegative = 0.15
@@ -65,7 +70,28 @@ class Heredity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     highest_lambda: Share = 1.0
     highest_tau: NotNegative = 1.0
     highest_tau_decay: NotNegative = 0.2
-    """Meta-parameters of the first generation are uniform from 0 to these, and never beyond."""
+    """Meta-parameters of the first generation are uniform from 0 to these; they never exceed
+    them."""
     tau_decay_mutation_sd: NotNegative = 0.03
     potential_sd: NotNegative = 0.3
     potential_mutation_sd: NotNegative = 0.2
+
+
+class RobotSettings(Protocol):
+    """All that decides what a robot is, wherever it is read from; `crcolony.config.Config`
+    is one."""
+
+    @property
+    def learning(self) -> Learning: ...
+
+    @property
+    def life(self) -> Life: ...
+
+    @property
+    def heredity(self) -> Heredity: ...
+
+    @property
+    def body(self) -> CyberRodent: ...
+
+    @property
+    def seed(self) -> int: ...

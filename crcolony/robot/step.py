@@ -1,15 +1,16 @@
-"""One control step of a robot: live, choose a module, learn from the last action, choose the next (Paper III).
+"""The control step of Paper III: energy, module selection, Algorithm 2.2 with eq. 3.1, action.
 
-This is the readable definition and the compiled code at once, for one robot of a batch. What is rare (a mating, a
-hand-over, a turnover) is only marked here, as an event, and done in `robot.py`.
+This is the readable definition and the compiled code at once, for one robot of a batch. What is
+rare (a mating, a hand-over, a turnover) is only marked here, as an event, and done in `robot.py`.
 """
 
 from crcolony.body import contract
 from crcolony.compiled import FloatArray, compiled
 from crcolony.learning.features import grid_rbf_value, tile_indices
 from crcolony.learning.policies import greedy, hyperbolic_decay, softmax
+from crcolony.learning.sarsa_lambda import update_weights
 from crcolony.learning.shaping import potential_shaping
-from crcolony.learning.traces import action_values, forget, learn, settle, visit
+from crcolony.learning.traces import action_values, clear_traces, set_traces
 from crcolony.randomness import draw
 from crcolony.robot.energy import next_energy
 from crcolony.robot.genes import ALPHA, GAMMA, LAMBDA, POTENTIAL, TAU, TAU_DECAY
@@ -20,9 +21,11 @@ from crcolony.robot.state import DIED, MET, SLICE_OVER, Robots, StepParameters
 def step_robot(
     robots: Robots, parameters: StepParameters, i: int, observation: FloatArray, action: FloatArray
 ) -> None:
-    """Let robot i live one control period: read its observation (row), write its action (row) and its events.
+    """Advance robot i by one control step: read its observation (row), write its action (row) and
+    its events.
 
-    The step that ends a slice learns from the last action and then stops the wheels, for the next agent to start.
+    The step that ends a slice learns from the last action and then stops the wheels, for the next
+    agent to start.
     """
     agent = robots.agent[i]
     robots.events[i] = 0
@@ -31,14 +34,14 @@ def step_robot(
     robots.steps[i] += 1
     robots.slice_steps_left[i] -= 1
     if robots.energies[i, agent] > 0.0:
-        _live(robots, parameters, i, agent, observation)
+        _update_energy(robots, parameters, i, agent, observation)
     if robots.energies[i, agent] > 0.0:
-        _perceive(robots, parameters, i, observation)
-        _learn_and_choose(robots, parameters, i, agent, observation)
+        _update_visibility(robots, parameters, i, observation)
+        _learn_and_select(robots, parameters, i, agent, observation)
         if robots.slice_steps_left[i] > 0:
-            _drive(robots, parameters, i, action)
+            _write_action(robots, parameters, i, action)
     if robots.slice_steps_left[i] == 0:
-        _suspend(robots, parameters, i, agent)
+        _release_module(robots, parameters, i, agent)
         robots.events[i] += SLICE_OVER
 
 
@@ -46,7 +49,8 @@ def step_robot(
 def step_robots(
     robots: Robots, parameters: StepParameters, observations: FloatArray, actions: FloatArray
 ) -> int:
-    """Let all robots live one control period, rows (N, width) each; return the bits of all events together."""
+    """Advance all robots by one control step, rows (N, width) each; return the bits of all events
+    together."""
     events = 0
     for i in range(robots.agent.shape[0]):
         step_robot(robots, parameters, i, observations[i], actions[i])
@@ -55,10 +59,11 @@ def step_robots(
 
 
 @compiled
-def _live(
+def _update_energy(
     robots: Robots, parameters: StepParameters, i: int, agent: int, observation: FloatArray
 ) -> None:
-    """Spend and regain energy; count what was captured and who was met; die at 0."""
+    """Add the charge and subtract the cost of a step; count captures and encounters; the agent dies
+    at 0."""
     charge = observation[contract.CHARGE]
     energy = next_energy(robots.energies[i, agent], charge, parameters.energy_per_step)
     robots.energies[i, agent] = energy
@@ -71,12 +76,14 @@ def _live(
         robots.events[i] += MET
     if energy <= 0.0:
         robots.events[i] += DIED
-        _suspend(robots, parameters, i, agent)
+        _release_module(robots, parameters, i, agent)
 
 
 @compiled
-def _perceive(robots: Robots, parameters: StepParameters, i: int, observation: FloatArray) -> None:
-    """Note which targets are visible to their modules, and on which side they were seen last."""
+def _update_visibility(
+    robots: Robots, parameters: StepParameters, i: int, observation: FloatArray
+) -> None:
+    """Write which targets are visible to their modules, and on which side they were seen last."""
     for m in range(parameters.targets.shape[0]):
         if observation[parameters.successes[m]] > 0.0:
             robots.refractory_left[i, m] = parameters.refractory_steps[m]
@@ -91,9 +98,11 @@ def _perceive(robots: Robots, parameters: StepParameters, i: int, observation: F
 
 @compiled
 def select_module(genes: FloatArray, energy: float, visible: FloatArray, modules: int) -> int:
-    """Return the module with the largest selector output; the first module's output is 0 by definition.
+    """Return the module with the largest selector output; the first module's output is 0 by
+    definition.
 
-    `genes` begins with a row for every other module: weights of the bias, the energy, and each visible target.
+    `genes` begins with a row for every other module: weights of the bias, the energy, and each
+    visible target.
     """
     best, highest = 0, 0.0
     inputs = 2 + modules
@@ -108,48 +117,52 @@ def select_module(genes: FloatArray, energy: float, visible: FloatArray, modules
 
 
 @compiled
-def _learn_and_choose(
+def _learn_and_select(
     robots: Robots, parameters: StepParameters, i: int, agent: int, observation: FloatArray
 ) -> None:
-    """Select the module in control; learn from the last action (Algorithm 2.2 with eq. 3.2); choose the next.
+    """Select the module in control; learn from the last action (Algorithm 2.2); select the next
+    one.
 
-    A module that hands over learns from its last action too, as if it went on greedily; then its traces end.
+    A module that loses control learns from its last action as well, as if the greedy action were
+    next; then its traces are cleared.
     """
     genes = robots.genotypes[i, agent]
     modules = parameters.targets.shape[0]
     before = robots.module[i]
     module = select_module(genes, robots.energies[i, agent], robots.visible, modules)
     if before >= 0 and before != module:
-        potential = _look(robots, parameters, i, agent, before, observation)
+        potential = _evaluate_state(robots, parameters, i, agent, before, observation)
         preferred = greedy(robots.values, draw(robots.streams[i]))
         _learn(robots, parameters, i, agent, before, observation, potential, preferred)
-        _suspend(robots, parameters, i, agent)
-    potential = _look(robots, parameters, i, agent, module, observation)
+        _release_module(robots, parameters, i, agent)
+    potential = _evaluate_state(robots, parameters, i, agent, module, observation)
     own = parameters.selector_genes + module * parameters.module_genes
-    tau = hyperbolic_decay(genes[own + TAU], genes[own + TAU_DECAY], robots.used[i, agent, module])
-    chosen = softmax(robots.values, tau, robots.chances, draw(robots.streams[i]))
+    tau = hyperbolic_decay(
+        genes[own + TAU], genes[own + TAU_DECAY], robots.module_steps[i, agent, module]
+    )
+    chosen = softmax(robots.values, tau, robots.scratch_softmax, draw(robots.streams[i]))
     if before == module:
         _learn(robots, parameters, i, agent, module, observation, potential, chosen)
-    visit(
+    set_traces(
         robots.weights[i, agent, module],
         robots.traces[i],
-        robots.active_tiles[i],
-        robots.clock[i],
+        robots.traced_tiles[i],
+        robots.trace_totals[i],
         robots.next_tiles,
         chosen,
         genes[own + GAMMA] * genes[own + LAMBDA],
-        genes[own + ALPHA] / parameters.offsets.shape[0],
+        genes[own + ALPHA] / parameters.tile_offsets.shape[0],
     )
-    for tiling in range(parameters.offsets.shape[0]):
-        robots.tiles[i, tiling] = robots.next_tiles[tiling]
+    for tiling in range(parameters.tile_offsets.shape[0]):
+        robots.state_tiles[i, tiling] = robots.next_tiles[tiling]
     robots.module[i] = module
     robots.action[i] = chosen
     robots.potential[i] = potential
-    robots.used[i, agent, module] += 1
+    robots.module_steps[i, agent, module] += 1
 
 
 @compiled
-def _look(
+def _evaluate_state(
     robots: Robots,
     parameters: StepParameters,
     i: int,
@@ -157,9 +170,11 @@ def _look(
     module: int,
     observation: FloatArray,
 ) -> float:
-    """Write a module's active tiles and action values of the present state to scratch; return its potential.
+    """Write a module's active tiles and action values of the present state to scratch; return its
+    potential.
 
-    A target out of sight has two tiles of its own in every tiling (last seen left, last seen right) and no potential.
+    A target out of sight has two tiles of its own in every tiling (last seen left, last seen right)
+    and no potential.
     """
     genes = robots.genotypes[i, agent]
     own = parameters.selector_genes + module * parameters.module_genes
@@ -173,30 +188,30 @@ def _look(
             robots.scratch_state,
             parameters.low,
             parameters.high,
-            parameters.tiles,
-            parameters.offsets,
+            parameters.tile_counts,
+            parameters.tile_offsets,
             robots.next_tiles,
         )
         potential = grid_rbf_value(
             distance_m,
             abs(bearing_rad),
-            parameters.distances,
-            parameters.distance_width_m,
-            parameters.bearings,
-            parameters.bearing_width_rad,
+            parameters.potential_distances_m,
+            parameters.potential_distance_width_m,
+            parameters.potential_bearings_rad,
+            parameters.potential_bearing_width_rad,
             genes[own + POTENTIAL : own + parameters.module_genes],
             robots.scratch_distance,
             robots.scratch_bearing,
         )
     else:
-        for tiling in range(parameters.offsets.shape[0]):
+        for tiling in range(parameters.tile_offsets.shape[0]):
             robots.next_tiles[tiling] = parameters.grid_tiles + 2 * tiling + robots.sides[i, module]
     action_values(
         robots.weights[i, agent, module],
         robots.traces[i],
-        robots.clock[i],
+        robots.trace_totals[i],
         robots.next_tiles,
-        genes[own + ALPHA] / parameters.offsets.shape[0],
+        genes[own + ALPHA] / parameters.tile_offsets.shape[0],
         robots.values,
     )
     return potential
@@ -213,44 +228,51 @@ def _learn(
     potential: float,
     following: int,
 ) -> None:
-    """Update the module's weights by the TD error of the last action (eq. 2.25 and 3.1)."""
+    """Update the module's weights by the TD error of the last action, with shaping (eq. 2.25 and
+    3.1)."""
     own = parameters.selector_genes + module * parameters.module_genes
     gamma = robots.genotypes[i, agent, own + GAMMA]
-    rate = robots.genotypes[i, agent, own + ALPHA] / parameters.offsets.shape[0]
-    weights = robots.weights[i, agent, module]
     reward = 1.0 if observation[parameters.successes[module]] > 0.0 else 0.0
-    delta = reward + potential_shaping(gamma, potential, robots.potential[i])
-    delta += gamma * robots.values[following]
-    for tiling in range(parameters.offsets.shape[0]):
-        tile = robots.tiles[i, tiling]
-        settle(weights, robots.traces[i], robots.clock[i], tile, rate)
-        delta -= weights[tile, robots.action[i]]
-    learn(robots.clock[i], delta)
+    update_weights(
+        robots.weights[i, agent, module],
+        robots.trace_totals[i],
+        robots.state_tiles[i],
+        robots.action[i],
+        reward + potential_shaping(gamma, potential, robots.potential[i]),
+        gamma,
+        robots.values[following],
+    )
 
 
 @compiled
-def _suspend(robots: Robots, parameters: StepParameters, i: int, agent: int) -> None:
-    """End the traces of the module in control, paying what is owed to its weights."""
+def _release_module(robots: Robots, parameters: StepParameters, i: int, agent: int) -> None:
+    """Clear the traces of the module in control, after its pending updates were applied; none is in
+    control then."""
     module = robots.module[i]
     if module < 0:
         return
     own = parameters.selector_genes + module * parameters.module_genes
-    rate = robots.genotypes[i, agent, own + ALPHA] / parameters.offsets.shape[0]
-    weights = robots.weights[i, agent, module]
-    forget(weights, robots.traces[i], robots.active_tiles[i], robots.clock[i], rate)
+    rate = robots.genotypes[i, agent, own + ALPHA] / parameters.tile_offsets.shape[0]
+    clear_traces(
+        robots.weights[i, agent, module],
+        robots.traces[i],
+        robots.traced_tiles[i],
+        robots.trace_totals[i],
+        rate,
+    )
     robots.module[i] = -1
 
 
 @compiled
-def _drive(robots: Robots, parameters: StepParameters, i: int, action: FloatArray) -> None:
-    """Write the chosen action: wheels, the module's beacon and lamp, and the time to live.
+def _write_action(robots: Robots, parameters: StepParameters, i: int, action: FloatArray) -> None:
+    """Write the selected action: wheels, the module's beacon and lamp, and the time to live.
 
-    The jaw is a reflex: it latches on whatever comes into reach, whichever module drives.
+    The jaw is a reflex: it latches on whatever comes into reach, whichever module is in control.
     """
     module = robots.module[i]
     chosen = robots.action[i]
-    action[contract.WHEEL_LEFT] = parameters.wheels[chosen, 0]
-    action[contract.WHEEL_RIGHT] = parameters.wheels[chosen, 1]
+    action[contract.WHEEL_LEFT] = parameters.wheel_speeds[chosen, 0]
+    action[contract.WHEEL_RIGHT] = parameters.wheel_speeds[chosen, 1]
     action[contract.JAW] = 1.0
     if robots.refractory_left[i, module] == 0:
         action[contract.BEACON] = parameters.beacons[module]

@@ -1,4 +1,4 @@
-"""How large an arena is, how many packs it has, and whether everything fits: needed before anything is built."""
+"""The size of an arena, its number of packs, and whether everything fits."""
 
 import math
 
@@ -7,13 +7,14 @@ from crcolony.world.settings import ArenaSettings
 
 
 def size_m(arena: ArenaSettings, robots: int) -> tuple[float, float]:
-    """Return width and height: as set, or a square that grows with the number of robots."""
+    """Return width and height (m): as set, or those of a square that grows with the number of
+    robots."""
     width_m = arena.width_m or math.sqrt(arena.area_per_robot_m2 * robots)
     return width_m, arena.height_m or width_m
 
 
 def pack_count(arena: ArenaSettings, robots: int) -> int:
-    """Return the number of packs: as set, or so many for every robot."""
+    """Return the number of packs: as set, or in proportion to the number of robots."""
     return arena.packs or round(arena.packs_per_robot * robots)
 
 

@@ -1,4 +1,4 @@
-"""Who is near: points sorted into square cells, so that a search looks around and not at everybody."""
+"""Neighbour search: points sorted into square cells, so that a search visits only a few of them."""
 
 import math
 from typing import NamedTuple
@@ -8,25 +8,26 @@ import numpy as np
 from crcolony.compiled import FloatArray, IntArray, compiled
 
 _CELLS_PER_POINT = 4
+"""There are at most so many cells for every point."""
 
 
 class Cells(NamedTuple):
-    """Points in order of their cell. The points of cell c are `order[start[c]:start[c + 1]]`."""
+    """Points by their cell. The points of cell c are `order[start[c]:start[c + 1]]`."""
 
     grid: FloatArray
-    """x and y of the lower left corner (m), cells per metre"""
+    """(3,) x and y of the lower left corner (m), cells per metre"""
     shape: IntArray
-    """columns, rows"""
+    """(2,) columns, rows"""
     start: IntArray
-    """(columns * rows + 1,)"""
+    """(columns * rows + 1,) index in `order` of the first point of every cell"""
     cell: IntArray
     """(points,) the cell of every point"""
     order: IntArray
-    """(points,)"""
+    """(points,) indices of the points, cell by cell"""
 
 
 def new_cells(width_m: float, height_m: float, cell_m: float, points: int) -> Cells:
-    """Return empty cells at least `cell_m` wide that cover a rectangle around the origin: a few for every point."""
+    """Return empty cells, `cell_m` wide or more, that cover a rectangle around the origin."""
     cell_m = max(cell_m, math.sqrt(width_m * height_m / (_CELLS_PER_POINT * max(points, 1))))
     columns = max(1, int(width_m / cell_m))
     rows = max(1, int(height_m / cell_m))
@@ -41,19 +42,20 @@ def new_cells(width_m: float, height_m: float, cell_m: float, points: int) -> Ce
 
 
 @compiled
-def _along(position: float, corner: float, per_metre: float, cells: int) -> int:
+def _cell_along(position: float, corner: float, per_metre: float, cells: int) -> int:
     return min(max(int((position - corner) * per_metre), 0), cells - 1)
 
 
 @compiled
 def sort_into_cells(cells: Cells, positions: FloatArray) -> None:
-    """Sort points (points, 2 or more columns: x, y in m) into their cells, in the order of their index."""
+    """Sort points (points, 2 or more columns: x, y in m) into their cells, in the order of their
+    index."""
     columns, rows = cells.shape[0], cells.shape[1]
     start, cell = cells.start, cells.cell
     start[:] = 0
     for i in range(positions.shape[0]):
-        column = _along(positions[i, 0], cells.grid[0], cells.grid[2], columns)
-        row = _along(positions[i, 1], cells.grid[1], cells.grid[2], rows)
+        column = _cell_along(positions[i, 0], cells.grid[0], cells.grid[2], columns)
+        row = _cell_along(positions[i, 1], cells.grid[1], cells.grid[2], rows)
         cell[i] = row * columns + column
         start[cell[i] + 1] += 1
     for c in range(columns * rows):
@@ -67,20 +69,21 @@ def sort_into_cells(cells: Cells, positions: FloatArray) -> None:
 
 
 @compiled
-def find_near(
+def collect_near(
     cells: Cells, positions: FloatArray, x: float, y: float, range_m: float, found: FloatArray
 ) -> int:
-    """Find the points within `range_m` of x, y; return how many.
+    """Write the points within `range_m` of x, y (m) to the rows of `found` (most, 4); return how
+    many.
 
-    Row k of `found` becomes index, distance along x, distance along y, squared distance. Points beyond the length
-    of `found` are left out.
+    A row is the index of a point, its distance along x and along y (m), and its squared distance
+    (m^2). Points beyond the length of `found` are left out.
     """
     corner_x, corner_y, per_metre = cells.grid[0], cells.grid[1], cells.grid[2]
     columns, rows = cells.shape[0], cells.shape[1]
-    left = _along(x - range_m, corner_x, per_metre, columns)
-    right = _along(x + range_m, corner_x, per_metre, columns)
-    lowest = _along(y - range_m, corner_y, per_metre, rows)
-    highest = _along(y + range_m, corner_y, per_metre, rows)
+    left = _cell_along(x - range_m, corner_x, per_metre, columns)
+    right = _cell_along(x + range_m, corner_x, per_metre, columns)
+    lowest = _cell_along(y - range_m, corner_y, per_metre, rows)
+    highest = _cell_along(y + range_m, corner_y, per_metre, rows)
     count = 0
     for row in range(lowest, highest + 1):
         for k in range(cells.start[row * columns + left], cells.start[row * columns + right + 1]):

@@ -1,19 +1,21 @@
-"""Rigid bodies: pymunk builds and owns the space, compiled code steps it (the world of thesis 4.6).
+"""Rigid bodies (the world of thesis 4.6): pymunk builds and owns the space, compiled code steps it.
 
-pymunk wraps the C library Chipmunk and exports its functions. Compiled code calls them by name, so a tick never
-returns to Python; `step_from_python` makes the same calls through pymunk's own binding: the oracle of the tests.
+pymunk wraps the C library Chipmunk and exports its functions. Compiled code calls them by name, so
+a tick never returns to Python; `Space.step_from_python` makes the same calls through pymunk's own
+binding, for tests.
 
-Chipmunk moves bodies first and resolves contacts afterwards, and it remembers contact forces from step to step.
-Here a step is turned round and made forgetful: the next poses depend on nothing but the poses and the wheels, and
-an arena can be saved and restored at any moment without changing its future.
+Chipmunk moves bodies first and resolves contacts afterwards, and it carries contact forces from
+step to step. Here the order is reversed and the forces are cleared: the next poses depend on
+nothing but the poses and the wheels, so that an arena can be saved and restored at any moment
+without changing its future.
 
-1. Contact forces of earlier steps are forgotten. Velocities are set to zero and wheels are given as forces (with
-   damping 0 a body has no momentum of its own: its wheels hold the ground).
-2. `cpSpaceStep` moves nothing, finds the contacts at the present poses, and turns forces into velocities that
-   respect them.
+1. Contact forces of earlier steps are cleared. Velocities are set to zero and wheel speeds are
+   given as forces (with damping 0 a body has no momentum of its own: its wheels grip the ground).
+2. `cpSpaceStep` moves nothing, finds the contacts at the present poses, and turns forces into
+   velocities that respect them.
 3. `cpBodyUpdatePosition` moves every body by that velocity and pushes overlapping bodies apart.
 
-A spatial hash, filled anew at every step, keeps the order of contacts independent of the past.
+A spatial hash, filled again in every step, keeps the order of contacts independent of the past.
 """
 
 import math
@@ -59,9 +61,12 @@ _COMMAND = (
 )
 _STATE = _Field.POSITION | _Field.ANGLE | _Field.VELOCITY | _Field.ANGULAR_VELOCITY
 _COMMAND_WIDTH = 9
+"""Numbers of a body in the command batch."""
 _STATE_WIDTH = 6
+"""Numbers of a body in the state batch."""
 _SPARE = 64
-"""Chipmunk grows a full array by reallocating it, which must not happen to memory that numpy owns."""
+"""Room beyond a batch: Chipmunk reallocates a full array, which must not happen to memory that
+numpy owns."""
 
 _SOLVER_ITERATIONS = 4
 """Enough for round bodies that push one another; more costs time and changes little."""
@@ -70,33 +75,41 @@ _OVERLAP_LEFT = 0.05
 """Share of an overlap that is left after one step."""
 
 _COUNT_OFFSET = _ffi.offsetof("cpArbiter", "count") // 4
-
+"""Place of the number of contact points in a `cpArbiter`, in 32-bit integers."""
 
 _contact: Any = types.CPointer(types.int32)  # type: ignore[no-untyped-call]
 
 
 @cfunc(types.void(_contact, _address))
-def _forget_contact(arbiter: Any, _data: int) -> None:
-    """Let a contact be new: with no remembered points Chipmunk has no force to carry over."""
+def _clear_contact(arbiter: Any, _data: int) -> None:
+    """Remove the points of a contact, so that Chipmunk has no force to carry over."""
     carray(arbiter, (_COUNT_OFFSET + 1,))[_COUNT_OFFSET] = 0
 
 
 class Physics(NamedTuple):
-    """What compiled code needs of a space: addresses, and the arrays that Chipmunk's batch calls read and fill."""
+    """What compiled code needs of a space: addresses, and the arrays of Chipmunk's batch calls."""
 
     addresses: NDArray[np.uint64]
-    """space, command reader, command data, state writer, state data, contact forgetter"""
+    """(6,) space, command reader, command data, state writer, state data, contact clearer"""
     bodies: NDArray[np.uint64]
+    """(robots,) addresses of the bodies"""
     command: FloatArray
+    """Poses, velocities, forces and torques that Chipmunk reads before a step"""
     command_count: NDArray[np.int32]
+    """(1,) how many of these numbers Chipmunk has read"""
     state: FloatArray
+    """Poses and velocities that Chipmunk writes after a step"""
     state_count: NDArray[np.int32]
+    """(1,) how many of these numbers Chipmunk has written"""
     inertia: FloatArray
-    """mass (kg), moment (kg m^2)"""
+    """(2,) mass (kg), moment (kg m^2)"""
 
 
 class Space:
-    """A pymunk space with one round body for every robot, and the walls and pillars around them."""
+    """A pymunk space with one round body for every robot, and the walls and pillars around them.
+
+    `walls` (n, 4) are from x, y to x, y, `pillars` (n, 3) are x, y, radius (m).
+    """
 
     def __init__(
         self,
@@ -126,7 +139,7 @@ class Space:
                     _as_address(self._command.data),
                     _as_address(_ffi.addressof(_lib, "pmSpaceBodyGetIteratorFuncBatched")),
                     _as_address(self._state.data),
-                    _forget_contact.address,
+                    _clear_contact.address,
                 ],
                 dtype=np.uint64,
             ),
@@ -139,10 +152,10 @@ class Space:
         )
 
     def step_from_python(self, step_s: float) -> None:
-        """Do what `step` does, through pymunk's own binding."""
+        """Do what `step_physics` does, through pymunk's own binding."""
         pymunk.batch.set_space_bodies(self.space, _COMMAND, self._command.buffer)
-        forget = _ffi.cast("cpArbiterIteratorFunc", _forget_contact.address)
-        _lib.cpSpaceEachCachedArbiter(self.space._space, forget, _ffi.NULL)
+        clear = _ffi.cast("cpArbiterIteratorFunc", _clear_contact.address)
+        _lib.cpSpaceEachCachedArbiter(self.space._space, clear, _ffi.NULL)
         _lib.cpSpaceStep(self.space._space, step_s)
         for body in self.bodies:
             _lib.cpBodyUpdatePosition(body._body, step_s)
@@ -151,7 +164,7 @@ class Space:
 
 
 class _Batch:
-    """One of pymunk's batch buffers over memory that numpy owns, with its counter in reach."""
+    """One of pymunk's batch buffers over memory that numpy owns, with its counter as an array."""
 
     def __init__(self, fields: int, size: int) -> None:
         self.floats = np.zeros(size + _SPARE)
@@ -180,17 +193,19 @@ def _as_address(pointer: Any) -> int:
 
 
 @compiled
-def push(
-    physics: Physics, poses: FloatArray, wheels: FloatArray, track_m: float, step_s: float
+def write_commands(
+    physics: Physics, poses: FloatArray, wheel_speeds: FloatArray, track_m: float, step_s: float
 ) -> None:
-    """Write the command of one physics step: the poses (robots, 3), and wheel speeds (robots, 2) as forces.
+    """Write what a physics step starts from: poses (robots, 3), and wheel speeds (robots, 2) (m/s)
+    as forces.
 
-    The force points along the heading at the middle of the step, which makes a free robot follow its arc exactly.
+    The force points along the heading at the middle of the step, which makes a free robot follow
+    its arc exactly.
     """
     mass_kg, moment = physics.inertia[0], physics.inertia[1]
     for i in range(poses.shape[0]):
-        speed = 0.5 * (wheels[i, 0] + wheels[i, 1])
-        turn = (wheels[i, 1] - wheels[i, 0]) / track_m
+        speed = 0.5 * (wheel_speeds[i, 0] + wheel_speeds[i, 1])
+        turn = (wheel_speeds[i, 1] - wheel_speeds[i, 0]) / track_m
         middle = poses[i, 2] + 0.5 * turn * step_s
         force = speed * mass_kg / step_s
         at = i * _COMMAND_WIDTH
@@ -206,8 +221,9 @@ def push(
 
 
 @compiled
-def step(physics: Physics, step_s: float) -> None:
-    """Let Chipmunk do one step: forget, resolve contacts, move (see the top of this file)."""
+def step_physics(physics: Physics, step_s: float) -> None:
+    """Do one step of Chipmunk: clear contacts, resolve contacts, move (see the top of this
+    file)."""
     addresses = physics.addresses
     physics.command_count[0] = 0
     _each_body(addresses[0], addresses[1], addresses[2])
@@ -220,8 +236,9 @@ def step(physics: Physics, step_s: float) -> None:
 
 
 @compiled
-def pull(physics: Physics, poses: FloatArray, velocities: FloatArray) -> None:
-    """Read poses (x, y in m, heading in (-pi, pi]) and velocities (m/s, m/s, rad/s), shape (robots, 3) each."""
+def read_states(physics: Physics, poses: FloatArray, velocities: FloatArray) -> None:
+    """Read poses (x, y in m, heading in (-pi, pi]) and velocities (m/s, m/s, rad/s), (robots, 3)
+    each."""
     for i in range(poses.shape[0]):
         at = i * _STATE_WIDTH
         heading = physics.state[at + 2]

@@ -1,4 +1,4 @@
-"""What can be set of the world: the arena, its packs, and the bodies in it. SI units, checked ranges."""
+"""The settings of the arena and its packs, in SI units with checked ranges."""
 
 from typing import Annotated
 
@@ -8,7 +8,7 @@ from msgspec import Meta
 from crcolony.body.settings import Angle, NotNegative, Positive
 
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
-Place = Annotated[float, Meta(ge=-1e4, le=1e4)]
+Coordinate = Annotated[float, Meta(ge=-1e4, le=1e4)]
 
 
 class ArenaSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -17,7 +17,7 @@ class ArenaSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_
     width_m: NotNegative = 0.0
     """0: a square of `area_per_robot_m2` for every robot."""
     height_m: NotNegative = 0.0
-    """0: as wide as high."""
+    """0: as high as wide."""
     area_per_robot_m2: Positive = 1.21
     packs: Annotated[int, Meta(ge=0, le=100_000)] = 0
     """0: `packs_per_robot` for every robot."""
@@ -25,16 +25,19 @@ class ArenaSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_
     pack_charge: Share = 0.4
     """Energy in a full pack; an empty one is replaced by a full one elsewhere."""
     pack_charge_per_step: Annotated[float, Meta(gt=0.0, le=1.0)] = 0.4
-    """How much of it a jaw takes over in one control period."""
+    """How much of it a jaw takes in one control period."""
     pack_wall_margin_m: NotNegative = 0.2
+    """A replaced pack appears at least this far from the outer walls."""
     pack_clearance_m: NotNegative = 0.3
     """A replaced pack appears at least this far from every robot and pack, where there is room."""
-    pillars: tuple[tuple[Place, Place, Positive], ...] = ()
+    pillars: tuple[tuple[Coordinate, Coordinate, Positive], ...] = ()
     """Round obstacles: x, y, radius, in metres from the middle of the arena."""
-    inner_walls: tuple[tuple[Place, Place, Place, Place], ...] = ()
+    inner_walls: tuple[tuple[Coordinate, Coordinate, Coordinate, Coordinate], ...] = ()
     """Straight obstacles: from x, y to x, y, in metres from the middle of the arena."""
     wall_turn_rad: Angle = 0.0
-    """Reflex: touching a wall turns a robot by a random angle up to this; 0: walls only stop it."""
+    """Reflex: a robot that touches an outer wall turns by a random angle up to this; 0: walls only
+    stop it."""
     control_period_s: Positive = 0.2
     physics_steps: Annotated[int, Meta(ge=1, le=100)] = 1
-    """Physics steps in a control period, at least: fast robots get as many as they need not to jump over a wall."""
+    """Physics steps in a control period, at least: there are more where a fast robot would jump
+    over a wall."""

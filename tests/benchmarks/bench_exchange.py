@@ -38,7 +38,7 @@ ME, PEER = Identity(bytes(32)), Identity(bytes([1]) * 32)
 def own_genes(identity: Identity) -> bytes:
     _, _, (robot,) = make_robots(Config(), [identity.id.hex()], own_streams([identity.id]))
     robot.start()
-    return pack_genes(robot.exchange().genes)
+    return pack_genes(robot.mating_offer().genes)
 
 
 def read(envelope: bytes) -> MatingMessage:

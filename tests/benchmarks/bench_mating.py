@@ -218,7 +218,7 @@ def envelopes() -> list[bytes]:
     me, peer = Identity(bytes(32)), Identity(bytes([1]) * 32)
     _, _, (robot,) = make_robots(Config(), [me.id.hex()], own_streams([me.id]))
     robot.start()
-    own = robot.exchange()
+    own = robot.mating_offer()
     genes, schema = pack_genes(own.genes), bytes.fromhex(robot.subpopulation.schema.digest)
     encounter = Encounter(me.id, peer.id, int(time.time()), 1000)
     return [

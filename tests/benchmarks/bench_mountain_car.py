@@ -14,7 +14,7 @@ import numpy as np
 
 from crcolony.compiled import FloatArray
 from crcolony.learning.features import TileCoding, uniform_offsets
-from crcolony.learning.sarsa_lambda import SarsaLambda
+from crcolony.learning.sarsa_learner import SarsaLambda
 from tests.support.oracles.dense_sarsa_lambda import DenseSarsaLambda
 from tests.support.oracles.mountain_car import ACTIONS, drive_episodes, random_starts
 

@@ -1,18 +1,25 @@
-"""A stream is two numbers, draws what SplitMix64 draws, and is the same wherever it goes on."""
+"""A stream is two numbers, and draws the numbers of SplitMix64."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crcolony.randomness import chance, draw, draw_bits, draw_rarely, generator, new_streams
+from crcolony.randomness import (
+    draw,
+    draw_bits,
+    draw_bits_uncompiled,
+    draw_uncompiled,
+    generator,
+    new_streams,
+)
 
 UINT64 = st.integers(0, 2**64 - 1)
 
 
 @given(UINT64, st.integers(0, 2**40))
 def test_bits_are_those_of_splitmix64(key: int, counter: int) -> None:
-    """As printed by its authors, with whole numbers modulo 2^64."""
+    """As printed by its authors, with integers modulo 2^64."""
     stream = np.array([key, counter], dtype=np.uint64)
     mask = 2**64 - 1
     for k in range(1, 4):
@@ -32,7 +39,7 @@ def test_the_published_first_numbers_of_seed_zero() -> None:
 
 @given(UINT64)
 def test_draws_lie_in_zero_to_one(key: int) -> None:
-    """Never 1 itself."""
+    """1 is not drawn."""
     stream = np.array([key, 0], dtype=np.uint64)
     for _ in range(20):
         assert 0.0 <= draw(stream) < 1.0
@@ -47,15 +54,15 @@ def test_draws_are_uniform() -> None:
     assert abs(np.corrcoef(drawn[1:], drawn[:-1])[0, 1]) < 0.02
 
 
-def test_streams_are_apart_by_seed_purpose_and_place() -> None:
-    """And the same for the same three."""
+def test_streams_differ_by_seed_purpose_and_index() -> None:
+    """They are the same for the same three."""
     assert np.array_equal(new_streams(1, (0,), 3), new_streams(1, (0,), 3))
-    every = [new_streams(seed, (what,), 50)[:, 0] for seed in (1, 2) for what in (0, 1)]
+    every = [new_streams(seed, (purpose,), 50)[:, 0] for seed in (1, 2) for purpose in (0, 1)]
     assert np.unique(np.concatenate(every)).size == 200
 
 
-def test_a_copied_stream_goes_on_alike() -> None:
-    """Its whole state is its two numbers; a generator for a rare event takes one draw."""
+def test_a_copied_stream_draws_the_same_numbers() -> None:
+    """Its state is its two numbers; a generator for a rare event uses one draw."""
     stream = new_streams(1, (0,), 1)[0]
     draw(stream)
     copy = stream.copy()
@@ -65,12 +72,12 @@ def test_a_copied_stream_goes_on_alike() -> None:
     assert generator(stream).random() != pytest.approx(generator(stream).random())
 
 
-def test_what_is_rare_draws_the_same_numbers_without_a_compiler() -> None:
-    """In any order of the two ways, and over the ends of their 64 bits."""
+def test_uncompiled_draws_are_the_same_numbers() -> None:
+    """In any order of the two ways, and beyond the largest counter."""
     one = new_streams(7, (1,), 1)[0]
     one[1] = 2**64 - 3
     other = one.copy()
     for _ in range(6):
-        assert draw_rarely(one) == int(draw_bits(other))
-        assert chance(other) == draw(one)
+        assert draw_bits_uncompiled(one) == int(draw_bits(other))
+        assert draw_uncompiled(other) == draw(one)
         assert one.tolist() == other.tolist()

@@ -1,4 +1,4 @@
-"""Small worlds whose robots and packs stand where a test puts them."""
+"""Small arenas whose robots and packs are where a test puts them."""
 
 from collections.abc import Mapping
 
@@ -11,7 +11,7 @@ from crcolony.world.arena import Arena
 from crcolony.world.settings import ArenaSettings
 
 FAR = 50.0
-"""Packs that a test does not place stand out here."""
+"""Packs that a test does not place are here."""
 
 
 def new_arena(
@@ -23,6 +23,7 @@ def new_arena(
     arena: Mapping[str, object] | None = None,
     body: Mapping[str, object] | None = None,
 ) -> Arena:
+    """Return an arena, with other settings of the arena and of the bodies by name."""
     settings = msgspec.convert({"width_m": width_m, "packs": packs, **(arena or {})}, ArenaSettings)
     return Arena(robots, settings, msgspec.convert(dict(body or {}), CyberRodent), seed)
 
@@ -37,4 +38,4 @@ def put(
     arena.world.packs[:] = FAR
     placed = np.array(packs, dtype=float).reshape(-1, 2)
     arena.world.packs[: len(placed)] = placed
-    arena._sort()
+    arena.update_cells()

@@ -1,4 +1,4 @@
-"""Robots without a world, for tests: they are shown observations that somebody made up."""
+"""Robots without a world, for tests: their observations are made up."""
 
 import msgspec
 import numpy as np
@@ -17,7 +17,7 @@ from crcolony.robot.state import Robots, StepParameters
 
 
 class Settings(msgspec.Struct, frozen=True):
-    """All that decides a robot."""
+    """All that decides a robot, as far as tests change it."""
 
     learning: Learning = Learning(tilings=3, distance_tiles=4, bearing_tiles=5)
     life: Life = Life(agents=3, slices=2, slice_steps=60, refractory_steps=4)
@@ -31,7 +31,7 @@ DEFAULT = Settings()
 def new_robots(
     count: int, settings: Settings = DEFAULT, seed: int = 1
 ) -> tuple[Robots, StepParameters, list[Robot]]:
-    """Return a batch of robots that have not begun."""
+    """Return a batch of robots that have not started."""
     schema = agent_schema(settings.learning, settings.heredity)
     parameters = step_parameters(settings.learning, settings.life, settings.rodent)
     batch = empty_robots(count, parameters, settings.life.agents, len(schema), seed)
@@ -49,14 +49,15 @@ def new_robots(
     return batch, parameters, robots
 
 
-def observation(rng: np.random.Generator) -> FloatArray:
-    """Return what a busy place might look like: packs, faces, now and then a charge or an encounter."""
+def random_observation(rng: np.random.Generator) -> FloatArray:
+    """Return a random observation with packs and faces, and now and then a charge or an
+    encounter."""
     row = np.zeros(contract.OBSERVATION_WIDTH)
-    for what in (contract.PACK, contract.FACE, contract.TAIL):
+    for blob in (contract.PACK, contract.FACE, contract.TAIL):
         if rng.random() < 0.6:
-            row[what] = 1.0
-            row[what + contract.DISTANCE] = rng.uniform(0.0, 1.6)
-            row[what + contract.BEARING] = rng.uniform(-1.4, 1.4)
+            row[blob] = 1.0
+            row[blob + contract.DISTANCE] = rng.uniform(0.0, 1.6)
+            row[blob + contract.BEARING] = rng.uniform(-1.4, 1.4)
     row[contract.ENCOUNTER_ROBOT] = -1.0
     if rng.random() < 0.08:
         row[contract.CHARGE] = 0.2
@@ -66,8 +67,8 @@ def observation(rng: np.random.Generator) -> FloatArray:
     return row
 
 
-def nothing() -> FloatArray:
-    """Return what a robot senses where nothing is."""
+def empty_observation() -> FloatArray:
+    """Return what a robot observes where nothing is."""
     row = np.zeros(contract.OBSERVATION_WIDTH)
     row[contract.ENCOUNTER_ROBOT] = -1.0
     return row

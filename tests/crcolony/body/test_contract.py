@@ -1,47 +1,19 @@
-"""The tables of the body contract, and the simulated body against it."""
+"""The tables of the body contract are consistent with the columns that compiled code uses."""
 
 import numpy as np
+import pytest
 
 from crcolony.body import contract
-from crcolony.body.contract import ACTION, OBSERVATION, Body, Quantity, columns
-from crcolony.body.contract_test import BodyContract
-from crcolony.compiled import FloatArray
-from crcolony.world.arena import Arena
-from tests.support.small_arenas import new_arena
+from crcolony.body.contract import ACTION, OBSERVATION, Quantity, clip_action, columns, limits
 
 UNITS = ("_m", "_rad", "_m_s", "_rad_s", "_m_s2", "_s")
-"""A quantity without a unit is a share, a flag, a colour, or a number that counts."""
+"""A quantity without a unit is a share, a flag, a colour, or a count."""
 PLAIN = {"visible", "red", "green", "blue", "jaw", "holds", "charge", "battery", "speaker"}
 PLAIN |= {"left", "right", "beacon", "encounter", "robot", "nonce"}
 
 
-class ArenaBody:
-    """The body of the only robot in an arena: reading lets a period pass."""
-
-    def __init__(self, arena: Arena) -> None:
-        self.arena = arena
-
-    def read(self) -> FloatArray:
-        self.arena.advance()
-        return np.array(self.arena.observe()[0])
-
-    def act(self, action: FloatArray) -> FloatArray:
-        return self.arena.act(0, action)
-
-    def close(self) -> None:
-        self.arena.act(0, np.zeros(contract.ACTION_WIDTH))
-
-
-class TestArenaBody(BodyContract):
-    """The simulated body keeps the contract, with all its senses."""
-
-    def new_body(self) -> Body:
-        senses = {"infrared": True, "inertial": True, "microphones": True}
-        return ArenaBody(new_arena(packs=6, width_m=2.0, body=senses))
-
-
-def test_names_end_in_their_unit_and_ranges_hold_something() -> None:
-    """For every quantity of both tables, and no name stands twice."""
+def test_names_end_in_their_unit_and_ranges_are_not_empty() -> None:
+    """For every quantity of both tables; names are unique in a table."""
     for table in (OBSERVATION, ACTION):
         assert len(columns(table)) == len(table)
         for quantity in table:
@@ -52,7 +24,7 @@ def test_names_end_in_their_unit_and_ranges_hold_something() -> None:
 
 
 def test_the_columns_are_those_of_the_table() -> None:
-    """Compiled code counts on them."""
+    """Compiled code reads and writes them by these constants."""
     names = [quantity.name for quantity in OBSERVATION]
     assert names[contract.PACK + contract.DISTANCE] == "pack_distance_m"
     assert names[contract.FACE + contract.BEARING] == "face_bearing_rad"
@@ -64,3 +36,23 @@ def test_the_columns_are_those_of_the_table() -> None:
     acted = [quantity.name for quantity in ACTION]
     assert acted[contract.LED + 2] == "led_blue"
     assert (len(names), len(acted)) == (contract.OBSERVATION_WIDTH, contract.ACTION_WIDTH)
+
+
+def test_an_action_is_clipped_to_its_limits() -> None:
+    """Each column on its own; an action within the limits is unchanged."""
+    low, high = limits(ACTION)
+    middle = 0.5 * (low + high)
+    np.testing.assert_array_equal(clip_action(middle), middle)
+    np.testing.assert_array_equal(clip_action(high + 1.0), high)
+    np.testing.assert_array_equal(clip_action(low - 1.0), low)
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf])
+def test_what_is_not_an_action_is_refused(number: float) -> None:
+    """Another shape, or a number that is not finite, raises ValueError."""
+    action = np.zeros(contract.ACTION_WIDTH)
+    with pytest.raises(ValueError, match="an action has shape"):
+        clip_action(action[1:])
+    action[contract.SPEAKER] = number
+    with pytest.raises(ValueError, match="only finite numbers"):
+        clip_action(action)

@@ -1,4 +1,4 @@
-"""Algorithm 4.1 solves what it should, and breeds a generation from the one before alone."""
+"""Algorithm 4.1 solves a known problem, and makes a generation from the one before alone."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ def flip(genes: FloatArray, rng: np.random.Generator) -> FloatArray:
 
 
 def test_it_solves_one_max() -> None:
-    """Bit strings become all ones, bred by tournament, crossover and bit flip."""
+    """With tournament, crossover and bit flips, bit strings become all ones."""
     rng = np.random.default_rng(1)
     population = (rng.random((60, 40)) < 0.5).astype(float)
     last, fitness = evolve(
@@ -34,7 +34,7 @@ def test_it_solves_one_max() -> None:
 
 
 def test_the_whole_new_generation_is_selected_from_the_old_one() -> None:
-    """No child of this generation is a parent in it, and the old one stays as it was."""
+    """No child of this generation is a parent in it, and the old one is unchanged."""
     population = np.arange(10.0).reshape(5, 2)
     kept = population.copy()
     parents = []
@@ -54,7 +54,7 @@ def test_the_whole_new_generation_is_selected_from_the_old_one() -> None:
 
 
 def test_without_crossover_children_are_copies_of_the_selected() -> None:
-    """With probability 0 and no mutation only selection is left."""
+    """With probability 0 and no mutation there is only selection."""
     population = np.arange(8.0).reshape(4, 2)
     fitness = np.array([0.0, 1.0, 0.0, 1.0])
     rng = np.random.default_rng(3)

@@ -1,4 +1,4 @@
-"""A genotype is numbers under a schema that names and bounds each, and is known by its content."""
+"""A genotype is numbers under a schema that names and bounds each, identified by its content."""
 
 import math
 
@@ -27,8 +27,8 @@ SCHEMA = Schema(
 GENES = np.array([-3.0, 0.5, 0.999])
 
 
-def test_genes_are_found_by_name() -> None:
-    """A genotype gives a gene by its name, and names it does not know it refuses."""
+def test_genes_are_read_by_name() -> None:
+    """An unknown name raises KeyError."""
     genotype = Genotype(SCHEMA, GENES)
     assert genotype["bias"] == -3.0
     assert genotype["gamma"] == 0.999
@@ -38,7 +38,7 @@ def test_genes_are_found_by_name() -> None:
 
 
 def test_bounds_and_deviations_are_those_of_the_genes() -> None:
-    """As arrays in the order of the genes, which nobody can change."""
+    """They are read-only arrays in the order of the genes."""
     assert SCHEMA.lows.tolist() == [-math.inf, 0.0, 0.0]
     assert SCHEMA.highs.tolist() == [math.inf, 1.0, 0.999]
     assert SCHEMA.mutation_sds.tolist() == [0.3, 0.1, 0.1]
@@ -47,7 +47,7 @@ def test_bounds_and_deviations_are_those_of_the_genes() -> None:
 
 
 def test_a_genotype_cannot_change() -> None:
-    """Neither by itself nor through the array it was made from."""
+    """Neither its own array nor the one that it was made from changes it."""
     genes = GENES.copy()
     genotype = Genotype(SCHEMA, genes)
     genes[0] = 7.0
@@ -57,12 +57,12 @@ def test_a_genotype_cannot_change() -> None:
 
 
 @given(st.integers(0, 2), st.floats(0.001, 0.9))
-def test_a_change_of_any_gene_changes_the_digest(place: int, value: float) -> None:
-    """And equality follows the digest."""
+def test_a_change_of_any_gene_changes_the_digest(index: int, value: float) -> None:
+    """Two genotypes are equal if their digests are."""
     genes = GENES.copy()
-    genes[place] = value
+    genes[index] = value
     one, other = Genotype(SCHEMA, GENES), Genotype(SCHEMA, genes)
-    changed = value != GENES[place]
+    changed = value != GENES[index]
     assert (one.digest != other.digest) == changed
     assert (one != other) == changed
     assert len({one, other}) == 1 + changed
@@ -70,7 +70,7 @@ def test_a_change_of_any_gene_changes_the_digest(place: int, value: float) -> No
 
 
 def test_a_digest_depends_on_content_alone() -> None:
-    """Not on how the array lies in memory, but on what the genes mean."""
+    """The digest is of the numbers, names and ranges, not of the memory layout of the array."""
     wide = np.zeros((3, 2))
     wide[:, 0] = GENES
     assert genotype_digest(SCHEMA, wide[:, 0]) == genotype_digest(SCHEMA, GENES)
@@ -81,14 +81,14 @@ def test_a_digest_depends_on_content_alone() -> None:
     assert Genotype(SCHEMA, GENES) != GENES.tolist()
 
 
-def test_how_a_gene_starts_and_mutates_does_not_part_a_species() -> None:
-    """Two colonies can mate if names and ranges agree."""
+def test_robots_with_other_initial_and_mutation_settings_can_mate() -> None:
+    """The digest of a schema is of names and ranges only."""
     other = Schema(tuple(Gene(gene.name, gene.low, gene.high) for gene in SCHEMA.genes))
     assert other.digest == SCHEMA.digest
 
 
 @pytest.mark.parametrize(
-    ("genes", "said"),
+    ("genes", "message"),
     [
         ([0.0, 0.5], "expected 3 genes"),
         ([[0.0, 0.5, 0.5]], "expected 3 genes"),
@@ -98,22 +98,24 @@ def test_how_a_gene_starts_and_mutates_does_not_part_a_species() -> None:
         ([math.inf, 0.5, 0.5], "gene bias: inf"),
     ],
 )
-def test_genes_that_do_not_fit_are_refused_by_name(genes: list[float], said: str) -> None:
-    """A wrong length, a value out of range, or one that is not finite."""
-    with pytest.raises(GenotypeError, match=said):
+def test_genes_that_do_not_fit_are_refused_by_name(genes: list[float], message: str) -> None:
+    """The message has the wrong length, or the name of the gene that is out of range or not
+    finite."""
+    with pytest.raises(GenotypeError, match=message):
         Genotype(SCHEMA, np.array(genes))
 
 
-def test_a_schema_that_contradicts_itself_is_refused() -> None:
-    """Two genes of one name, or a range with nothing in it."""
+def test_an_impossible_schema_is_refused() -> None:
+    """Two genes of one name, or an empty range, raise ValueError."""
     with pytest.raises(ValueError, match="two genes are named a"):
         Schema((Gene("a"), Gene("b"), Gene("a")))
     with pytest.raises(ValueError, match="gene a: empty range"):
         Schema((Gene("a", 1.0, 0.0),))
 
 
-def test_first_genes_are_drawn_as_the_schema_says_and_lie_within_it() -> None:
-    """Normal and uniform ones have their moments; what would leave its range is set to the bound."""
+def test_initial_genes_have_their_distribution_and_lie_within_their_range() -> None:
+    """Normal and uniform ones have the right moments; a value beyond its range is set to the
+    bound."""
     rng = np.random.default_rng(1)
     drawn = np.array([SCHEMA.random(rng) for _ in range(4000)])
     for genes in drawn[:100]:

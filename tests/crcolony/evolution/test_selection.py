@@ -1,4 +1,4 @@
-"""The central baseline's selection draws as it promises."""
+"""The selection of the central baseline draws with the right probabilities."""
 
 import numpy as np
 import pytest
@@ -16,33 +16,33 @@ def chi_square(drawn: np.ndarray, expected: np.ndarray) -> float:
 
 
 def test_roulette_draws_in_proportion_to_fitness() -> None:
-    """As equation 4.1 says."""
+    """This is equation 4.1."""
     fitness = np.array([1.0, 5.0, 2.0, 0.5])
     drawn = roulette(fitness, DRAWS, np.random.default_rng(1))
     assert chi_square(drawn, fitness / fitness.sum()) < RARE
 
 
-def test_roulette_never_draws_who_has_no_fitness() -> None:
-    """As long as somebody has some."""
+def test_roulette_never_draws_an_individual_without_fitness() -> None:
+    """Unless all are without."""
     drawn = roulette(np.array([0.0, 1.0, 0.0, 2.0, 0.0]), DRAWS, np.random.default_rng(2))
     assert set(drawn) == {1, 3}
 
 
-def test_roulette_without_any_fitness_is_fair() -> None:
-    """Everybody is as likely."""
+def test_roulette_without_any_fitness_is_uniform() -> None:
+    """All individuals are equally likely."""
     drawn = roulette(np.zeros(4), DRAWS, np.random.default_rng(3))
     assert chi_square(drawn, np.full(4, 0.25)) < RARE
 
 
 @pytest.mark.parametrize("fitness", [[1.0, -0.1], [1.0, np.nan], [np.inf, 1.0]])
-def test_roulette_refuses_what_is_no_fitness(fitness: list[float]) -> None:
-    """Negative, or not finite."""
+def test_roulette_refuses_an_impossible_fitness(fitness: list[float]) -> None:
+    """A negative one, or one that is not finite, raises ValueError."""
     with pytest.raises(ValueError):
         roulette(np.array(fitness), 1, np.random.default_rng(0))
 
 
-def test_a_tournament_of_one_is_fair_and_a_large_one_finds_the_best() -> None:
-    """Its size is its pressure."""
+def test_a_tournament_of_one_is_uniform_and_a_large_one_selects_the_best() -> None:
+    """The larger the tournament, the stronger the selection."""
     fitness = np.array([3.0, 9.0, -4.0, 0.0])
     rng = np.random.default_rng(4)
     assert chi_square(tournament(fitness, DRAWS, 1, rng), np.full(4, 0.25)) < RARE
@@ -57,6 +57,6 @@ def test_a_tournament_of_two_prefers_by_rank() -> None:
 
 
 def test_an_empty_tournament_is_refused() -> None:
-    """Somebody has to take part."""
-    with pytest.raises(ValueError, match="somebody"):
+    """A size below 1 raises ValueError."""
+    with pytest.raises(ValueError, match="one individual or more"):
         tournament(np.ones(3), 1, 0, np.random.default_rng(0))

@@ -1,4 +1,4 @@
-"""Crossover only ever swaps what parents have, and mutation moves genes as far as the schema says."""
+"""Crossover swaps the genes of parents; mutation moves genes by the deviations of the schema."""
 
 import numpy as np
 import pytest
@@ -23,8 +23,8 @@ SCHEMA = Schema(tuple(Gene(f"g{k}", -5.0, 5.0, mutation_sd=0.1 * (k + 1)) for k 
 
 
 @given(st.sampled_from(sorted(CROSSOVERS)), st.integers(0, 2**32), st.integers(1, 20))
-def test_crossover_conserves_the_genes_of_every_place(name: str, seed: int, size: int) -> None:
-    """At each place the two children have what the two parents had, and the parents are left alone."""
+def test_crossover_conserves_the_genes_at_every_index(name: str, seed: int, size: int) -> None:
+    """At each index the two children have the genes of the two parents, who are unchanged."""
     rng = np.random.default_rng(seed)
     parents = rng.normal(size=(2, size))
     kept = parents.copy()
@@ -39,7 +39,7 @@ def swapped(crossover: Crossover, rng: np.random.Generator, size: int = SIZE) ->
 
 
 def test_one_point_crossover_swaps_a_tail() -> None:
-    """From every point between two genes on, and no point is preferred."""
+    """The tail starts at every point between two genes with the same probability."""
     rng = np.random.default_rng(2)
     points = []
     for _ in range(3900):
@@ -54,7 +54,7 @@ def test_one_point_crossover_swaps_a_tail() -> None:
 
 
 def test_two_point_crossover_swaps_a_segment() -> None:
-    """One run of neighbours, which may be a single gene or all of them."""
+    """A segment is a run of genes, from a single one to all of them."""
     rng = np.random.default_rng(3)
     lengths = set()
     for _ in range(5000):
@@ -65,8 +65,8 @@ def test_two_point_crossover_swaps_a_segment() -> None:
     assert lengths == {1, 2, 3, 4, 5, 6}
 
 
-def test_uniform_crossover_swaps_every_gene_by_itself() -> None:
-    """Half of them on average, and neighbours independently."""
+def test_uniform_crossover_swaps_genes_independently() -> None:
+    """Half of them on average, neighbours independently of each other."""
     rng = np.random.default_rng(4)
     masks = np.array([swapped(uniform_crossover, rng) for _ in range(2000)])
     assert masks.mean() == pytest.approx(0.5, abs=0.01)
@@ -79,15 +79,15 @@ def test_mutation_moves_a_share_of_the_genes_by_their_own_deviation() -> None:
     rng = np.random.default_rng(5)
     moves = np.array([gaussian_mutation(np.zeros(SIZE), SCHEMA, 0.1, rng) for _ in range(20_000)])
     assert (moves != 0.0).mean() == pytest.approx(0.1, abs=0.002)
-    for place in (0, 4, 9):
-        moved = moves[:, place][moves[:, place] != 0.0]
-        assert moved.std() == pytest.approx(0.1 * (place + 1), rel=0.06)
-        assert abs(moved.mean()) < 0.1 * (place + 1) * 0.1
+    for index in (0, 4, 9):
+        moved = moves[:, index][moves[:, index] != 0.0]
+        assert moved.std() == pytest.approx(0.1 * (index + 1), rel=0.06)
+        assert abs(moved.mean()) < 0.1 * (index + 1) * 0.1
 
 
 @given(st.integers(0, 2**32), st.floats(0.0, 1.0))
 def test_a_mutant_lies_within_its_schema(seed: int, probability: float) -> None:
-    """Also of parents at the very bound; and nobody's own genes are touched."""
+    """Also if its parent is at the bound; the parent is unchanged."""
     rng = np.random.default_rng(seed)
     genes = rng.choice([-5.0, 5.0, 0.0], SIZE)
     kept = genes.copy()
@@ -96,13 +96,13 @@ def test_a_mutant_lies_within_its_schema(seed: int, probability: float) -> None:
 
 
 def test_without_mutation_a_mutant_is_a_copy() -> None:
-    """Probability 0 leaves every gene."""
+    """With probability 0 no gene changes."""
     genes = np.linspace(-5.0, 5.0, SIZE)
     assert np.array_equal(gaussian_mutation(genes, SCHEMA, 0.0, np.random.default_rng(6)), genes)
 
 
 def test_bits_flip_with_their_probability() -> None:
-    """Never, always, or in their share, and the parent stays."""
+    """Never, always, or some of them, and the parent is unchanged."""
     rng = np.random.default_rng(7)
     bits = rng.random(10_000) < 0.3
     kept = bits.copy()
@@ -112,8 +112,8 @@ def test_bits_flip_with_their_probability() -> None:
     assert np.array_equal(bits, kept)
 
 
-def test_an_offspring_is_the_own_genotype_with_a_part_of_the_partners() -> None:
-    """Without mutation every gene is of one of the two, and both give some."""
+def test_an_offspring_has_genes_of_both_parents() -> None:
+    """Without mutation every gene is of one of the two parents, and both have a share."""
     variation = Variation("two_point", 0.0)
     rng = np.random.default_rng(8)
     child = variation.offspring(np.zeros(SIZE), np.ones(SIZE), SCHEMA, rng)
@@ -122,8 +122,8 @@ def test_an_offspring_is_the_own_genotype_with_a_part_of_the_partners() -> None:
 
 
 def test_an_impossible_variation_is_refused() -> None:
-    """An unknown crossover, or a probability that is none."""
+    """An unknown crossover, or a probability above 1, raises ValueError."""
     with pytest.raises(ValueError, match="three_point"):
         Variation("three_point", 0.1)
-    with pytest.raises(ValueError, match="no probability"):
+    with pytest.raises(ValueError, match="not a probability"):
         Variation("uniform", 1.1)

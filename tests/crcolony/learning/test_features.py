@@ -1,4 +1,4 @@
-"""Tile coding and normalised RBF networks keep what section 2.7 says of them."""
+"""Tile coding and normalised RBF networks are those of section 2.7."""
 
 import numpy as np
 import pytest
@@ -26,6 +26,7 @@ anything = st.floats(allow_nan=True, allow_infinity=True)
 
 
 def tile_coding(tilings: int, tiles: tuple[int, int]) -> TileCoding:
+    """Return a tile coding of the box from LOW to HIGH."""
     return TileCoding(LOW, HIGH, np.array(tiles), uniform_offsets(tilings, 2))
 
 
@@ -33,7 +34,7 @@ def tile_coding(tilings: int, tiles: tuple[int, int]) -> TileCoding:
 def test_a_state_activates_the_cell_it_lies_in_once_in_every_tiling(
     state: FloatArray, tiles: IntArray, tilings: int
 ) -> None:
-    """Tile k of a state is k grids plus the row-major cell that a plain computation finds."""
+    """Tile k of a state is k grids plus the row-major cell of a plain computation."""
     coding = TileCoding(LOW, HIGH, tiles, uniform_offsets(tilings, 2))
     inside = np.clip(state, LOW, HIGH)
     cells = np.floor((inside - LOW) * (tiles / (HIGH - LOW)) + coding.offsets).astype(int)
@@ -48,7 +49,7 @@ def test_a_state_activates_the_cell_it_lies_in_once_in_every_tiling(
 
 @given(anything, anything, tile_counts, st.integers(1, 9))
 @example(np.nan, np.inf, np.array([2, 3]), 2)
-def test_no_state_reaches_outside_the_table(
+def test_no_state_has_a_tile_outside_the_table(
     x: float, y: float, tiles: IntArray, tilings: int
 ) -> None:
     """Even infinite and NaN coordinates give one valid tile in every tiling."""
@@ -89,7 +90,7 @@ def test_offsets_are_evenly_spread_along_the_first_axis(tilings: int, dimensions
     assert np.allclose(offsets[:, 0], np.arange(tilings) / tilings)
 
 
-def test_a_tile_coding_that_makes_no_sense_is_refused() -> None:
+def test_an_impossible_tile_coding_is_refused() -> None:
     """An empty box, no tiles, offsets of a whole tile and shapes that disagree raise ValueError."""
     offsets = uniform_offsets(4, 2)
     tiles = np.array([3, 3])
@@ -144,7 +145,7 @@ def test_a_grid_network_factorises_into_its_axes(
     assert value == pytest.approx(float(features @ weights), abs=1e-7)
 
 
-def test_an_rbf_network_that_makes_no_sense_is_refused() -> None:
+def test_an_impossible_rbf_network_is_refused() -> None:
     """Widths that are zero or do not fit the centres, and empty axes, raise ValueError."""
     centres = np.zeros((3, 2))
     for widths in [np.zeros(3), np.ones(2), -np.ones((3, 2))]:
@@ -157,7 +158,7 @@ def test_an_rbf_network_that_makes_no_sense_is_refused() -> None:
 
 
 def test_both_are_feature_maps() -> None:
-    """Learners take either, by its size and its features."""
+    """A learner can use either, by its size and its features."""
     maps: list[tuple[FeatureMap, int]] = [
         (tile_coding(4, (3, 2)), 4 * 4 * 3),
         (NormalizedRBF.grid(LOW, HIGH, np.array([4, 5])), 20),

@@ -1,4 +1,4 @@
-"""On the mountain car, Algorithm 2.2 learns as fast and as well as it is known to."""
+"""On the mountain car, Algorithm 2.2 learns as fast and as well as published results."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from gymnasium.envs.classic_control.mountain_car import MountainCarEnv
 
 from crcolony.compiled import IntArray
 from crcolony.learning.features import TileCoding, uniform_offsets
-from crcolony.learning.sarsa_lambda import SarsaLambda
+from crcolony.learning.sarsa_learner import SarsaLambda
 from tests.support.oracles.mountain_car import ACTIONS, drive, drive_episodes, random_starts
 
 SEEDS, EPISODES = 30, 500
@@ -14,7 +14,8 @@ SEEDS, EPISODES = 30, 500
 
 @pytest.fixture(scope="module")
 def steps() -> IntArray:
-    """Steps (seeds, episodes) of greedy learners, 8 tilings of 8 x 8, alpha 0.5, lambda 0.9."""
+    """Return steps (seeds, episodes) of greedy learners, 8 tilings of 8 x 8, alpha 0.5, lambda
+    0.9."""
     coding = TileCoding(
         np.array([-1.2, -0.07]), np.array([0.5, 0.07]), np.array([8, 8]), uniform_offsets(8, 2)
     )
@@ -27,18 +28,18 @@ def steps() -> IntArray:
     return steps
 
 
-def test_the_first_episodes_take_as_long_as_is_known(steps: IntArray) -> None:
+def test_the_first_episodes_take_as_long_as_known_results(steps: IntArray) -> None:
     """The mean of the first 50 episodes is near 249 steps, that of an independent program."""
     assert 220 < steps[:, :50].mean() < 280
 
 
-def test_in_the_end_the_car_drives_nearly_as_well_as_it_can(steps: IntArray) -> None:
+def test_the_last_episodes_are_nearly_optimal(steps: IntArray) -> None:
     """The last 50 of 500 episodes take 105 to 110 steps; dynamic programming reaches 97.7."""
     assert 105 < steps[:, -50:].mean() < 110
 
 
 def test_the_car_moves_like_that_of_gymnasium() -> None:
-    """Fed with the same actions, both cars are in the same state in every step, to the goal."""
+    """With the same actions, both cars are in the same state in every step, up to the goal."""
     reference = MountainCarEnv()
     rng = np.random.default_rng(6)
     goals = 0
@@ -46,7 +47,7 @@ def test_the_car_moves_like_that_of_gymnasium() -> None:
         reference.reset(seed=episode)
         state = np.array(reference.state, dtype=np.float64)
         for _ in range(500):
-            # pumping with some noise reaches both walls and the goal
+            # driving with the velocity, with some noise, reaches both walls and the goal
             action = 2 if state[1] > 0.0 else 0
             if rng.random() < 0.1:
                 action = int(rng.integers(3))

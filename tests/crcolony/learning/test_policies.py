@@ -1,4 +1,4 @@
-"""Policies choose as section 2.6 says, for every draw and every temperature."""
+"""Policies select actions as in section 2.6, for every draw and every temperature."""
 
 from collections.abc import Callable
 
@@ -29,27 +29,27 @@ value_arrays = value_lists.map(np.array)
 
 
 def frequencies(policy: Callable[[float], int], actions: int) -> FloatArray:
-    """How often each action is chosen over evenly spread draws."""
+    """Return how often each action is selected over evenly spread draws."""
     chosen = [policy(float(u)) for u in DRAWS]
     return np.bincount(chosen, minlength=actions) / DRAWS.size
 
 
 @given(value_arrays, draws)
-def test_greedy_takes_a_best_action(values: FloatArray, u: float) -> None:
+def test_greedy_selects_a_best_action(values: FloatArray, u: float) -> None:
     """The value of the greedy action is the maximum."""
     assert values[greedy(values, u)] == values.max()
 
 
 def test_greedy_breaks_ties_fairly() -> None:
-    """Three actions that tie are chosen a third of the time each."""
+    """Three actions that tie are selected a third of the time each."""
     values = np.array([1.0, 4.0, 4.0, 0.0, 4.0])
     found = frequencies(lambda u: greedy(values, u), 5)
     np.testing.assert_allclose(found, greedy_probabilities(values), atol=1e-4)
 
 
 @pytest.mark.parametrize("epsilon", [0.0, 0.1, 0.7, 1.0])
-def test_epsilon_greedy_serves_both_choices_with_one_draw(epsilon: float) -> None:
-    """Frequencies are epsilon shared by all, and the rest shared by the actions that tie."""
+def test_epsilon_greedy_uses_one_draw_for_both_choices(epsilon: float) -> None:
+    """Epsilon is divided among all actions, and the rest among the best actions that tie."""
     values = np.array([1.0, 4.0, 4.0, 0.0])
     found = frequencies(lambda u: epsilon_greedy(values, epsilon, u), 4)
     np.testing.assert_allclose(found, epsilon_greedy_probabilities(values, epsilon), atol=3e-4)
@@ -57,7 +57,7 @@ def test_epsilon_greedy_serves_both_choices_with_one_draw(epsilon: float) -> Non
 
 @pytest.mark.parametrize("temperature", [0.05, 0.3, 1.0, 10.0, np.inf])
 def test_softmax_frequencies_are_equation_2_18(temperature: float) -> None:
-    """Actions are chosen with the corrected Boltzmann probabilities."""
+    """Actions are selected with the corrected Boltzmann probabilities."""
     values = np.array([0.2, -0.5, 1.0, 0.9])
     expected = np.exp(values / temperature) / np.sum(np.exp(values / temperature))
     found = frequencies(lambda u: softmax(values, temperature, np.empty(4), u), 4)
@@ -77,7 +77,7 @@ def test_softmax_without_temperature_is_greedy(
 
 
 @given(value_arrays, st.floats(0.01, 100.0), st.floats(-1e6, 1e6), draws)
-def test_softmax_sees_only_differences(
+def test_softmax_depends_on_differences_only(
     values: FloatArray, temperature: float, shift: float, u: float
 ) -> None:
     """A constant added to all values changes probabilities by no more than rounding."""
@@ -94,7 +94,8 @@ def test_softmax_sees_only_differences(
     draws | st.just(np.nextafter(1.0, 0.0)),
 )
 def test_every_value_gives_a_valid_action(values: FloatArray, temperature: float, u: float) -> None:
-    """Infinite and NaN values, as of a learner that diverged, still give an action that exists."""
+    """Infinite and NaN values, as of a learner that has diverged, still give an action that
+    exists."""
     for action in [
         greedy(values, u),
         epsilon_greedy(values, 0.3, u),

@@ -1,4 +1,4 @@
-"""The fast Sarsa(lambda) is Algorithm 2.2, step by step."""
+"""The lazy Sarsa(lambda) is Algorithm 2.2, step by step."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from crcolony.learning.features import TileCoding, uniform_offsets
-from crcolony.learning.sarsa_lambda import SarsaLambda
+from crcolony.learning.sarsa_learner import SarsaLambda
 from crcolony.learning.td import sarsa0
 from tests.support.oracles.dense_sarsa_lambda import DenseSarsaLambda
 
@@ -18,15 +18,15 @@ fractions = st.floats(0.0, 1.0) | st.sampled_from([0.0, 1.0])
 
 
 def corridor(states: int) -> TileCoding:
-    """One tile for each of the states 0, 1, ... `states` - 1: a table."""
+    """Return one tile for each of the states 0, 1, ... `states` - 1: a table."""
     return TileCoding(np.zeros(1), np.array([float(states)]), np.array([states]), np.zeros((1, 1)))
 
 
 @given(seeds, fractions, fractions, fractions, st.floats(0.1, 5.0), st.integers(1, 6))
-def test_lazy_is_dense(
+def test_it_equals_the_algorithm_as_printed(
     seed: int, alpha: float, gamma: float, lambda_: float, temperature: float, tilings: int
 ) -> None:
-    """Same draws, same actions, and the same weights after every episode, to 1e-8."""
+    """The same draws give the same actions, and the same weights after every episode, to 1e-8."""
     rng = np.random.default_rng(seed)
     coding = TileCoding(LOW, HIGH, np.array([3, 4]), uniform_offsets(tilings, 2))
     fast = SarsaLambda(coding, ACTIONS, alpha, gamma, lambda_, temperature)
@@ -74,8 +74,9 @@ def test_with_lambda_one_it_is_monte_carlo(seed: int, alpha: float, gamma: float
         assert learner.weights()[state, 0] == pytest.approx(alpha * value, abs=1e-9)
 
 
-def test_a_terminal_state_is_worth_nothing() -> None:
-    """The last update of an episode looks at its reward only, whatever the terminal tile holds."""
+def test_the_value_of_a_terminal_state_is_zero() -> None:
+    """The last update of an episode depends on its reward only, whatever the terminal tile
+    holds."""
     learner = SarsaLambda(corridor(2), 1, 1.0, 1.0, 1.0)
     learner.learner.weights[1] = 100.0
     learner.start(np.array([0.5]), 0.0)
@@ -83,8 +84,8 @@ def test_a_terminal_state_is_worth_nothing() -> None:
     assert learner.weights()[:2, 0].tolist() == [3.0, 100.0]
 
 
-def test_episodes_do_not_leak_into_each_other() -> None:
-    """What an episode brings changes no state that only an earlier, interrupted one visited."""
+def test_an_episode_does_not_update_the_states_of_another() -> None:
+    """Its reward changes no state that only an earlier, interrupted episode has visited."""
     learner = SarsaLambda(corridor(3), 1, 0.5, 1.0, 1.0)
     learner.start(np.array([0.5]), 0.0)
     learner.step(0.0, np.array([1.5]), False, 0.0)
@@ -94,9 +95,9 @@ def test_episodes_do_not_leak_into_each_other() -> None:
 
 
 def test_optimistic_initial_values_explore_without_a_random_policy() -> None:
-    """A greedy learner tries every action of a state if all start better than they are."""
+    """A greedy learner tries every action of a state if all values start above the rewards."""
     coding = corridor(1)
-    pays = [0.1, 0.9, 0.5]
+    rewards = [0.1, 0.9, 0.5]
     tried = {}
     for initial_value in (0.0, 2.0):
         learner = SarsaLambda(coding, 3, 0.5, 0.0, 0.0, initial_value=initial_value)
@@ -105,56 +106,17 @@ def test_optimistic_initial_values_explore_without_a_random_policy() -> None:
         actions = []
         for _ in range(30):
             actions.append(action)
-            action = learner.step(pays[action], np.zeros(1), False, 0.0)
+            action = learner.step(rewards[action], np.zeros(1), False, 0.0)
         tried[initial_value] = actions
     assert set(tried[0.0]) == {0}
     assert set(tried[2.0]) == {0, 1, 2}
     assert set(tried[2.0][-10:]) == {1}
 
 
-@pytest.mark.parametrize("tilings", [1, 4, 7])
-def test_every_action_starts_with_the_initial_value(tilings: int) -> None:
-    """The initial value is shared by the tilings, however many there are."""
-    coding = TileCoding(LOW, HIGH, np.array([3, 4]), uniform_offsets(tilings, 2))
-    learner = SarsaLambda(coding, ACTIONS, 0.1, 0.9, 0.9, initial_value=-3.0)
-    assert learner.action_values(LOW) == pytest.approx([-3.0] * ACTIONS)
-
-
-def test_after_a_terminal_state_nothing_is_owed() -> None:
+def test_after_a_terminal_state_no_update_is_pending() -> None:
     """The arrays of the learner hold the final weights as soon as an episode is over."""
     learner = SarsaLambda(corridor(3), 1, 1.0, 1.0, 1.0)
     learner.start(np.array([0.5]), 0.0)
     learner.step(0.0, np.array([1.5]), False, 0.0)
     learner.step(5.0, np.array([2.5]), True, 0.0)
     assert learner.learner.weights[:3, 0].tolist() == [5.0, 5.0, 0.0]
-
-
-def test_a_temperature_makes_it_explore() -> None:
-    """At a high temperature all actions are chosen alike; set back to 0, only the best."""
-    learner = SarsaLambda(corridor(1), 4, 0.0, 0.0, 0.0, temperature=1e9)
-    learner.learner.weights[:] = [1.0, 2.0, 3.0, 0.0]
-    state = np.zeros(1)
-    assert [learner.start(state, (k + 0.5) / 4) for k in range(4)] == [0, 1, 2, 3]
-    learner.temperature = 0.0
-    assert learner.temperature == 0.0
-    assert [learner.start(state, (k + 0.5) / 4) for k in range(4)] == [2, 2, 2, 2]
-
-
-def test_a_learner_that_makes_no_sense_is_refused() -> None:
-    """Meta-parameters out of range, no actions and states of another shape raise ValueError."""
-    coding = corridor(2)
-    for actions, alpha, gamma, lambda_, temperature in [
-        (0, 0.1, 0.9, 0.9, 0.0),
-        (2, -0.1, 0.9, 0.9, 0.0),
-        (2, 0.1, 1.1, 0.9, 0.0),
-        (2, 0.1, 0.9, -0.1, 0.0),
-        (2, 0.1, 0.9, 0.9, -1.0),
-        (2, float("nan"), 0.9, 0.9, 0.0),
-    ]:
-        with pytest.raises(ValueError):
-            SarsaLambda(coding, actions, alpha, gamma, lambda_, temperature)
-    learner = SarsaLambda(coding, 2, 0.1, 0.9, 0.9)
-    with pytest.raises(ValueError):
-        learner.temperature = -1.0
-    with pytest.raises(ValueError):
-        learner.start(np.zeros(2), 0.0)

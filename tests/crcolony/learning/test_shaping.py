@@ -1,4 +1,4 @@
-"""Shaping by a potential changes how fast is learned, not what is best (section 3.2)."""
+"""Shaping by a potential changes how fast a learner learns, not what is best (section 3.2)."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from crcolony.compiled import FloatArray
 from crcolony.learning.features import NormalizedRBF, TileCoding, uniform_offsets
 from crcolony.learning.policies import softmax_probabilities
-from crcolony.learning.sarsa_lambda import SarsaLambda
+from crcolony.learning.sarsa_learner import SarsaLambda
 from crcolony.learning.shaping import PotentialShaping, potential_shaping
 
 LOW = np.array([0.0, -1.0])
@@ -22,15 +22,15 @@ fractions = st.floats(0.0, 1.0)
 
 @given(seeds, fractions, st.integers(1, 50), st.booleans())
 def test_shaping_telescopes(seed: int, gamma: float, steps: int, terminal: bool) -> None:
-    """Discounted over an episode, all that shaping pays is gamma^T Phi(s_T) - Phi(s_0)."""
+    """Discounted over an episode, the shaping rewards sum to gamma^T Phi(s_T) - Phi(s_0)."""
     rng = np.random.default_rng(seed)
     shaping = PotentialShaping(NETWORK, rng.normal(size=NETWORK.size), gamma)
     path = rng.uniform(LOW, HIGH, (steps + 1, 2))
-    paid = 0.0
+    total = 0.0
     for t in range(steps):
-        paid += gamma**t * shaping(path[t], path[t + 1], terminal and t == steps - 1)
+        total += gamma**t * shaping(path[t], path[t + 1], terminal and t == steps - 1)
     last = 0.0 if terminal else gamma**steps * shaping.potential(path[-1])
-    assert paid == pytest.approx(last - shaping.potential(path[0]), abs=1e-9)
+    assert total == pytest.approx(last - shaping.potential(path[0]), abs=1e-9)
 
 
 @given(seeds, fractions, fractions, fractions, st.floats(0.1, 5.0), st.integers(1, 6))
@@ -68,12 +68,13 @@ def test_shaping_equals_starting_from_the_potential(
 
 
 @given(st.floats(-1e3, 1e3), fractions)
-def test_standing_still_is_paid_by_a_negative_potential(phi: float, gamma: float) -> None:
-    """The hazard: a step that goes nowhere is paid (gamma - 1) Phi, positive if Phi is negative."""
+def test_standing_still_is_rewarded_by_a_negative_potential(phi: float, gamma: float) -> None:
+    """The hazard: a step that stays in place is rewarded with (gamma - 1) Phi, positive if Phi is
+    negative."""
     assert potential_shaping(gamma, phi, phi) == pytest.approx((gamma - 1.0) * phi, abs=1e-9)
 
 
-def test_shaping_that_makes_no_sense_is_refused() -> None:
+def test_impossible_shaping_is_refused() -> None:
     """Weights that do not fit the features, and a gamma above 1, raise ValueError."""
     weights: FloatArray = np.zeros(NETWORK.size)
     with pytest.raises(ValueError):

@@ -1,4 +1,4 @@
-"""TD(0), Sarsa(0) and Q-learning find the values that are known in closed form."""
+"""TD(0), Sarsa(0) and Q-learning converge to the values that are known in closed form."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,8 @@ from crcolony.learning.td import linear_values, q_learning, sarsa0, td0, td_erro
 
 
 def walk(states: int, reward_left: float, rng: np.random.Generator) -> FloatArray:
-    """Values of a random walk of `states` states by TD(0): 1 for leaving right, else `reward_left`.
+    """Return the values of a random walk by TD(0): the reward is 1 for leaving right, else
+    `reward_left`.
 
     The learning rate falls with the visits of a state.
     """
@@ -29,7 +30,7 @@ def walk(states: int, reward_left: float, rng: np.random.Generator) -> FloatArra
 
 
 @pytest.mark.parametrize(("states", "reward_left", "tolerance"), [(5, 0.0, 0.03), (19, -1.0, 0.08)])
-def test_td0_finds_the_values_of_random_walks(
+def test_td0_converges_to_the_values_of_random_walks(
     states: int, reward_left: float, tolerance: float
 ) -> None:
     """The value of a state is the mean of both ends, weighted by its distance from them."""
@@ -49,7 +50,8 @@ def test_the_true_values_have_no_expected_td_error() -> None:
 
 
 def test_one_update_by_hand() -> None:
-    """Sarsa(0) values the action taken, Q-learning the best, and a terminal state counts as 0."""
+    """Sarsa(0) uses the value of the action taken, Q-learning that of the best, and 0 for a
+    terminal state."""
     q = np.array([[1.0, 2.0], [3.0, 5.0]])
     assert sarsa0(q, 0, 1, 0.5, 1, 0, False, 0.1, 0.9) == pytest.approx(0.5 + 2.7 - 2.0)
     assert q[0, 1] == pytest.approx(2.12)
@@ -60,7 +62,7 @@ def test_one_update_by_hand() -> None:
     assert q[1].tolist() == [2.0, 3.0]
 
 
-def test_q_learning_finds_the_optimum_while_wandering_at_random() -> None:
+def test_q_learning_converges_to_the_optimum_with_random_actions() -> None:
     """In a corridor with a reward of 1 at its end, Q* is gamma to the power of the distance."""
     rng = np.random.default_rng(2)
     states, gamma = 6, 0.9
@@ -77,8 +79,8 @@ def test_q_learning_finds_the_optimum_while_wandering_at_random() -> None:
     np.testing.assert_allclose(q[1:, 0], gamma * best[:-1], rtol=1e-6)
 
 
-def test_linear_values_weigh_the_features() -> None:
-    """Q_s is the sum of the rows of Theta, weighed by the features that are not zero."""
+def test_linear_values_are_sums_over_the_features() -> None:
+    """Q_s is the sum of the rows of Theta, weighted by the features that are not zero."""
     theta = np.arange(8.0).reshape(4, 2)
     values = linear_values(theta, np.array([1, 3]), np.array([0.5, 2.0]))
     assert values.tolist() == [0.5 * 2 + 2 * 6, 0.5 * 3 + 2 * 7]

@@ -1,4 +1,4 @@
-"""Traces are those of equations 2.16 and 2.17, and lazy ones pay exactly what dense ones would."""
+"""Traces are those of eq. 2.16 and 2.17, and lazy ones give the weights that dense ones give."""
 
 from dataclasses import dataclass
 
@@ -13,14 +13,14 @@ from crcolony.learning.traces import (
     DECAY,
     SCALE,
     accumulate,
+    accumulate_error,
     action_values,
-    forget,
-    learn,
-    renew,
+    clear_traces,
+    renormalise,
     replace,
     replace_and_clear,
+    set_traces,
     truncate,
-    visit,
 )
 
 TILES, ACTIONS, TILINGS, RATE = 12, 3, 2, 0.25
@@ -85,7 +85,7 @@ def test_truncation_keeps_the_last_m_steps() -> None:
 
 @dataclass(frozen=True)
 class Step:
-    """One step of a history: what was active, what was done, what came of it."""
+    """One step of a history: active tiles, action, TD error, and how far traces fade."""
 
     tiles: IntArray
     action: int
@@ -99,8 +99,8 @@ class Lazy:
 
     weights: FloatArray
     traces: FloatArray
-    live: IntArray
-    clock: FloatArray
+    traced_tiles: IntArray
+    totals: FloatArray
 
     @classmethod
     def new(cls) -> "Lazy":
@@ -111,19 +111,19 @@ class Lazy:
             np.array([1.0, 0.0, 0.0]),
         )
 
-    def take(self, step: Step) -> None:
-        """Visit the tiles of `step` and learn its error."""
-        visit(
+    def apply(self, step: Step) -> None:
+        """Set the traces of `step` and accumulate its error."""
+        set_traces(
             self.weights,
             self.traces,
-            self.live,
-            self.clock,
+            self.traced_tiles,
+            self.totals,
             step.tiles,
             step.action,
             step.gamma_lambda,
             RATE,
         )
-        learn(self.clock, step.delta)
+        accumulate_error(self.totals, step.delta)
 
 
 fades = st.one_of(st.just(0.0), st.just(1.0), st.just(1e-9), st.just(5e-324), st.floats(0.0, 1.0))
@@ -148,71 +148,73 @@ def histories(draw: st.DrawFn) -> list[Step]:
 
 
 @given(histories())
-def test_lazy_traces_pay_what_dense_traces_pay(history: list[Step]) -> None:
-    """Values seen on the way and weights at the end equal those of equations 2.15 and 2.17."""
+def test_lazy_traces_update_weights_as_dense_traces_do(history: list[Step]) -> None:
+    """Values in every step and weights at the end equal those of equations 2.15 and 2.17."""
     lazy = Lazy.new()
     theta = np.zeros((TILES, ACTIONS))
     e = np.zeros((TILES, ACTIONS))
     values = np.empty(ACTIONS)
     for step in history:
-        action_values(lazy.weights, lazy.traces, lazy.clock, step.tiles, RATE, values)
+        action_values(lazy.weights, lazy.traces, lazy.totals, step.tiles, RATE, values)
         np.testing.assert_allclose(values, theta[step.tiles].sum(axis=0), atol=1e-8)
-        lazy.take(step)
+        lazy.apply(step)
         replace_and_clear(e, step.tiles, step.action, step.gamma_lambda)
         theta += RATE * step.delta * e
-    forget(lazy.weights, lazy.traces, lazy.live, lazy.clock, RATE)
+    clear_traces(lazy.weights, lazy.traces, lazy.traced_tiles, lazy.totals, RATE)
     np.testing.assert_allclose(lazy.weights, theta, atol=1e-8)
 
 
 @given(histories())
-def test_the_live_list_names_every_tile_with_a_trace_once(history: list[Step]) -> None:
+def test_every_tile_with_a_trace_is_listed_once(history: list[Step]) -> None:
     """After any history, the first COUNT entries are exactly the tiles whose SCALE is not 0."""
     lazy = Lazy.new()
     for step in history:
-        lazy.take(step)
-    listed = lazy.live[: int(lazy.clock[COUNT])]
+        lazy.apply(step)
+    listed = lazy.traced_tiles[: int(lazy.totals[COUNT])]
     assert sorted(listed) == np.flatnonzero(lazy.traces[:, SCALE]).tolist()
 
 
 @given(histories())
-def test_settling_everything_twice_pays_once(history: list[Step]) -> None:
-    """Nothing is owed after `renew`, so another one changes no weight."""
+def test_nothing_is_pending_after_renormalising(history: list[Step]) -> None:
+    """A second `renormalise` changes no weight."""
     lazy = Lazy.new()
     for step in history:
-        lazy.take(step)
-    renew(lazy.weights, lazy.traces, lazy.live, lazy.clock, RATE)
-    paid = lazy.weights.copy()
-    renew(lazy.weights, lazy.traces, lazy.live, lazy.clock, RATE)
-    np.testing.assert_array_equal(lazy.weights, paid)
+        lazy.apply(step)
+    renormalise(lazy.weights, lazy.traces, lazy.traced_tiles, lazy.totals, RATE)
+    expected = lazy.weights.copy()
+    renormalise(lazy.weights, lazy.traces, lazy.traced_tiles, lazy.totals, RATE)
+    np.testing.assert_array_equal(lazy.weights, expected)
 
 
 @given(histories(), st.floats(-10.0, 10.0))
-def test_an_ended_trace_learns_nothing(history: list[Step], delta: float) -> None:
-    """After `forget`, an error changes no weight."""
+def test_a_cleared_trace_updates_nothing(history: list[Step], delta: float) -> None:
+    """After `clear_traces`, an error changes no weight."""
     lazy = Lazy.new()
     for step in history:
-        lazy.take(step)
-    forget(lazy.weights, lazy.traces, lazy.live, lazy.clock, RATE)
-    assert lazy.clock.tolist() == [1.0, 0.0, 0.0]
+        lazy.apply(step)
+    clear_traces(lazy.weights, lazy.traces, lazy.traced_tiles, lazy.totals, RATE)
+    assert lazy.totals.tolist() == [1.0, 0.0, 0.0]
     before = lazy.weights.copy()
-    learn(lazy.clock, delta)
-    forget(lazy.weights, lazy.traces, lazy.live, lazy.clock, RATE)
+    accumulate_error(lazy.totals, delta)
+    clear_traces(lazy.weights, lazy.traces, lazy.traced_tiles, lazy.totals, RATE)
     np.testing.assert_array_equal(lazy.weights, before)
 
 
-def test_renewal_ends_traces_that_have_faded_away() -> None:
-    """A tile not seen again leaves the live list, while the one visited in every step stays."""
+def test_traces_that_have_faded_to_nothing_are_cleared() -> None:
+    """A tile that is not active again leaves the list, while one that is active in every step
+    stays."""
     lazy = Lazy.new()
-    lazy.take(Step(np.array([0, 6]), 0, 1.0, 0.1))
+    lazy.apply(Step(np.array([0, 6]), 0, 1.0, 0.1))
     for _ in range(40):
-        lazy.take(Step(np.array([1, 7]), 0, 1.0, 0.1))
-    assert lazy.clock[COUNT] == 2
-    assert lazy.clock[DECAY] > 1e-5
-    assert sorted(lazy.live[:2]) == [1, 7]
+        lazy.apply(Step(np.array([1, 7]), 0, 1.0, 0.1))
+    assert lazy.totals[COUNT] == 2
+    assert lazy.totals[DECAY] > 1e-5
+    assert sorted(lazy.traced_tiles[:2]) == [1, 7]
 
 
 def episode_updates(accumulating: bool) -> tuple[FloatArray, FloatArray, list[int], list[float]]:
-    """Offline TD(1) over one random episode: the sum of its updates, and what it was made of."""
+    """Return the sum of the updates of offline TD(1) over a random episode, with V, states and
+    rewards."""
     rng = np.random.default_rng(3)
     v = rng.normal(size=5)
     states = rng.integers(5, size=30).tolist()
@@ -248,8 +250,8 @@ def test_replacing_traces_with_lambda_one_are_first_visit_monte_carlo() -> None:
 
 
 @pytest.mark.parametrize("gamma_lambda", [0.0, 0.5, 0.999, 1.0])
-def test_long_lives_stay_precise(gamma_lambda: float) -> None:
-    """After 20000 steps without an end, lazy weights are within 1e-8 of dense ones."""
+def test_long_episodes_stay_precise(gamma_lambda: float) -> None:
+    """After 20000 steps of one episode, lazy weights are within 1e-8 of dense ones."""
     rng = np.random.default_rng(4)
     lazy = Lazy.new()
     theta = np.zeros((TILES, ACTIONS))
@@ -257,8 +259,8 @@ def test_long_lives_stay_precise(gamma_lambda: float) -> None:
     for _ in range(20_000):
         tiles = np.array([rng.integers(6), 6 + rng.integers(6)])
         step = Step(tiles, int(rng.integers(ACTIONS)), float(rng.normal()), gamma_lambda)
-        lazy.take(step)
+        lazy.apply(step)
         replace_and_clear(e, step.tiles, step.action, gamma_lambda)
         theta += RATE * step.delta * e
-    forget(lazy.weights, lazy.traces, lazy.live, lazy.clock, RATE)
+    clear_traces(lazy.weights, lazy.traces, lazy.traced_tiles, lazy.totals, RATE)
     np.testing.assert_allclose(lazy.weights, theta, atol=1e-8)

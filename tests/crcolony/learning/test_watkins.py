@@ -13,7 +13,7 @@ fractions = st.floats(0.0, 1.0)
 
 
 def corridor(states: int) -> TileCoding:
-    """One tile for each of the states 0, 1, ... `states` - 1: a table."""
+    """Return one tile for each of the states 0, 1, ... `states` - 1: a table."""
     return TileCoding(np.zeros(1), np.array([float(states)]), np.array([states]), np.zeros((1, 1)))
 
 
@@ -26,7 +26,7 @@ def test_without_lambda_it_is_one_step_q_learning(seed: int, alpha: float, gamma
     state = 0
     action = learner.start(np.array([0.5]), float(rng.random()))
     for t in range(40):
-        # never the state just left: Algorithm 2.1 carries Q_s over from before the update
+        # never the last state: Algorithm 2.1 keeps Q_s from before the update
         state_next = (state + int(rng.integers(1, 5))) % 5
         reward, terminal = float(rng.normal()), t == 39
         chosen = learner.step(reward, np.array([state_next + 0.5]), terminal, float(rng.random()))
@@ -35,8 +35,9 @@ def test_without_lambda_it_is_one_step_q_learning(seed: int, alpha: float, gamma
     np.testing.assert_allclose(learner.theta, q, atol=1e-10)
 
 
-def test_an_exploratory_action_ends_all_traces() -> None:
-    """After a greedy action traces fade by gamma lambda, after another one only the newest is."""
+def test_an_exploratory_action_clears_all_traces() -> None:
+    """After a greedy action traces fade by gamma lambda, after another one only the newest is
+    left."""
     learner = WatkinsQLambda(corridor(3), 2, 0.0, 1.0, 0.5, temperature=1e9)
     learner.theta[:, 1] = 1.0
     learner.start(np.array([0.5]), 0.9)
@@ -47,7 +48,7 @@ def test_an_exploratory_action_ends_all_traces() -> None:
 
 
 def test_ties_count_as_greedy() -> None:
-    """Where all actions are worth the same, none of them is exploratory."""
+    """Where all actions have the same value, none of them is exploratory."""
     learner = WatkinsQLambda(corridor(2), 2, 0.0, 1.0, 0.5)
     for first, second in [(0.1, 0.9), (0.9, 0.1)]:
         learner.start(np.array([0.5]), first)
@@ -67,7 +68,8 @@ def test_traces_carry_a_reward_back_along_the_path() -> None:
 
 
 def test_it_learns_with_an_rbf_network() -> None:
-    """Going right is worth more than going left everywhere in a continuous corridor, as it is."""
+    """In a continuous corridor the learnt value of going right is above that of going left
+    everywhere."""
     rng = np.random.default_rng(5)
     network = NormalizedRBF.grid(np.zeros(1), np.ones(1), np.array([6]))
     learner = WatkinsQLambda(network, 2, 0.1, 0.9, 0.8, temperature=0.1)
@@ -84,7 +86,7 @@ def test_it_learns_with_an_rbf_network() -> None:
     assert learner.values(np.array([0.95]))[1] == pytest.approx(1.0, abs=0.15)
 
 
-def test_a_learner_that_makes_no_sense_is_refused() -> None:
+def test_an_impossible_learner_is_refused() -> None:
     """Meta-parameters out of range and no actions raise ValueError."""
     for actions, alpha, gamma, lambda_, temperature in [
         (0, 0.1, 0.9, 0.9, 0.0),

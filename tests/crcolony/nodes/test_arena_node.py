@@ -240,7 +240,7 @@ def test_lockstep_accepts_one_action_for_the_present_tick() -> None:
     assert not node.apply_action(IDS[1], forward(node))
     assert node.counts == {"stale": 4}
     node.step()
-    assert node.arena.world.wheels[:2, 0].tolist() == [0.1, 0.0]
+    assert node.arena.world.wheel_speeds[:2, 0].tolist() == [0.1, 0.0]
 
 
 def test_real_time_accepts_late_actions_in_order_within_their_time_to_live() -> None:
@@ -255,7 +255,7 @@ def test_real_time_accepts_late_actions_in_order_within_their_time_to_live() -> 
     assert not node.apply_action(IDS[0], forward(node, 0.3, age=2))
     assert node.counts == {"stale": 3}
     node.step()
-    assert node.arena.world.wheels[0, 0] == 0.2
+    assert node.arena.world.wheel_speeds[0, 0] == 0.2
 
 
 def test_a_command_to_stop_is_never_too_late() -> None:
@@ -264,10 +264,10 @@ def test_a_command_to_stop_is_never_too_late() -> None:
     assert node.apply_action(IDS[0], forward(node, 0.1, ttl_s=10.0))
     for _ in range(9):
         node.step()
-    assert node.arena.world.wheels[0, 0] == 0.1
+    assert node.arena.world.wheel_speeds[0, 0] == 0.1
     assert node.apply_action(IDS[0], forward(node, 0.1, ttl_s=0.0, age=8))
     node.step()
-    assert node.arena.world.wheels[0, 0] == 0.0
+    assert node.arena.world.wheel_speeds[0, 0] == 0.0
 
 
 def test_an_action_is_clipped_to_the_limits() -> None:

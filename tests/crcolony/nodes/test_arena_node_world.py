@@ -8,7 +8,7 @@ import pytest
 
 from crcolony.body import contract
 from crcolony.body.contract import Body
-from crcolony.body.contract_test import BodyContract, action
+from crcolony.body.contract_test import BodyContract, random_action
 from crcolony.compiled import FloatArray
 from crcolony.config import Config
 from crcolony.evolution.history import Mated
@@ -73,7 +73,7 @@ def test_robots_of_the_same_process_set_their_actions_directly() -> None:
     rng = np.random.default_rng(1)
     for _ in range(50):
         for robot in range(4):
-            wanted = action(rng)
+            wanted = random_action(rng)
             assert node.apply_action(IDS[robot], Action(node.tick, pack_row(wanted)))
             assert not direct.is_ready
             direct.set_action(direct.slot_of(IDS[robot]), wanted)
@@ -93,9 +93,9 @@ def test_a_restored_arena_continues_identically(storage: str, tmp_path: Path) ->
     rng = np.random.default_rng(2)
     for _ in range(30):
         for robot in node.waiting_for:
-            node.apply_action(robot, Action(node.tick, pack_row(action(rng))))
+            node.apply_action(robot, Action(node.tick, pack_row(random_action(rng))))
         node.step()
-    node.apply_action(IDS[3], Action(node.tick, pack_row(action(rng))))
+    node.apply_action(IDS[3], Action(node.tick, pack_row(random_action(rng))))
     saved = node.save()
     if storage == "checkpoint":
         buffer = io.BytesIO()
@@ -110,7 +110,7 @@ def test_a_restored_arena_continues_identically(storage: str, tmp_path: Path) ->
         assert [IDS.index(robot) for robot in one.waiting_for] == [0, 1, 5]
         for _ in range(30):
             for robot in one.waiting_for:
-                one.apply_action(robot, Action(one.tick, pack_row(action(again))))
+                one.apply_action(robot, Action(one.tick, pack_row(random_action(again))))
             one.step()
         futures.append([one.observation(robot) for robot in one.robots])
         futures[-1].append(encode(one.scene("arena", 1, 2)))

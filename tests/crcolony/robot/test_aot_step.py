@@ -1,4 +1,4 @@
-"""The ready-made control step is the compiled one: the same robots, bit for bit, without a compiler in the process."""
+"""The step compiled ahead of time gives the same robots as the compiled step, bit for bit."""
 
 import subprocess
 import sys
@@ -11,18 +11,19 @@ from crcolony.compiled import is_switched_off
 from crcolony.robot.aot_step import load_step
 from crcolony.robot.state import SLICE_OVER, Robots
 from crcolony.robot.step import step_robot
-from tests.support.small_robots import new_robots, observation
+from tests.support.small_robots import new_robots, random_observation
 
 pytestmark = pytest.mark.skipif(is_switched_off(), reason="nothing is compiled here")
 
 
 def assert_equal(one: Robots, other: Robots) -> None:
+    """Compare all fields of two batches, bit for bit."""
     for name, mine, others in zip(Robots._fields, one, other, strict=True):
         assert np.array_equal(mine, others), name
 
 
-def test_it_lives_the_same_life() -> None:
-    """Over whole generations, in any row of a batch, with hand-overs and turnovers."""
+def test_it_does_what_the_compiled_step_does() -> None:
+    """In any row of a batch, over whole generations with hand-overs and turnovers."""
     one, parameters, robots = new_robots(3)
     other, _, others = new_robots(3)
     step = load_step(one, parameters)
@@ -32,9 +33,9 @@ def test_it_lives_the_same_life() -> None:
     rng = np.random.default_rng(1)
     for _ in range(800):
         row = int(rng.integers(3))
-        seen = observation(rng)
-        step(row, seen, action)
-        step_robot(other, parameters, row, seen, expected)
+        observation = random_observation(rng)
+        step(row, observation, action)
+        step_robot(other, parameters, row, observation, expected)
         assert np.array_equal(action, expected)
         if other.events[row] & SLICE_OVER:
             for robot in (robots[row], others[row]):
@@ -43,27 +44,27 @@ def test_it_lives_the_same_life() -> None:
         assert_equal(one, other)
 
 
-def test_a_robot_with_another_body_steps_by_its_habits() -> None:
-    """The table of addresses is made anew when habits change."""
+def test_other_parameters_apply_from_the_next_step_on() -> None:
+    """A robot in another body steps by the parameters of that body."""
     _, _, (robot,) = new_robots(1)
     robot.start()
-    seen = observation(np.random.default_rng(3))
-    seen[contract.FACE] = seen[contract.PACK] = 0.0
-    robot.step(seen)
+    observation = random_observation(np.random.default_rng(3))
+    observation[contract.FACE] = observation[contract.PACK] = 0.0
+    robot.step(observation)
     _, parameters, _ = new_robots(1)
     robot.set_parameters(parameters._replace(action_ttl_s=7.0))
-    assert robot.step(seen)[contract.TTL] == 7.0
+    assert robot.step(observation)[contract.TTL] == 7.0
 
 
-def test_no_compiler_is_imported_where_the_code_is_ready() -> None:
-    """A process that only steps robots never imports numba, once the code was made."""
+def test_no_compiler_is_imported_where_the_machine_code_is_stored() -> None:
+    """A process that only steps robots does not import numba once the step has been compiled."""
     program = """
 import sys
 import numpy as np
-from tests.support.small_robots import new_robots, nothing
+from tests.support.small_robots import new_robots, empty_observation
 _, _, (robot,) = new_robots(1)
 robot.start()
-robot.step(nothing())
+robot.step(empty_observation())
 print("numba" in sys.modules)
 """
     for _ in range(2):

@@ -1,33 +1,34 @@
-"""What is rare in a robot's life: hand-over, mating, turnover, and being saved and restored whole."""
+"""The rare events of a robot: hand-over, mating, turnover; and its snapshots."""
 
 import msgspec
 import numpy as np
 import pytest
 
 from crcolony.evolution.time_sharing import EpsilonGreedyOrder
-from crcolony.robot.robot import Exchange, Robot
-from crcolony.robot.state import SLICE_OVER
-from tests.support.small_robots import DEFAULT, Settings, new_robots, observation
+from crcolony.robot.robot import MatingOffer, Robot
+from crcolony.robot.state import FORMER_NAMES, SLICE_OVER
+from tests.support.small_robots import DEFAULT, Settings, new_robots, random_observation
 
 LIFE = DEFAULT.life
 
 
-def live_slice(robot: Robot, rng: np.random.Generator) -> None:
+def step_until_slice_over(robot: Robot, rng: np.random.Generator) -> None:
+    """Step a robot with random observations until the slice of its agent is over."""
     while True:
-        robot.step(observation(rng))
+        robot.step(random_observation(rng))
         if robot.events & SLICE_OVER:
             return
 
 
 def test_every_agent_has_its_slices_and_then_the_generation_is_over() -> None:
-    """Hand-overs give each agent as many slices as configured, and then refuse."""
+    """Hand-overs give each agent as many slices as set, and then return False."""
     _, _, (robot,) = new_robots(1)
     births = robot.start()
     assert len(births) == LIFE.agents
     rng = np.random.default_rng(1)
     turns = [robot.agent]
     while True:
-        live_slice(robot, rng)
+        step_until_slice_over(robot, rng)
         if not robot.hand_over():
             break
         turns.append(robot.agent)
@@ -35,14 +36,14 @@ def test_every_agent_has_its_slices_and_then_the_generation_is_over() -> None:
     assert robot.steps == len(turns) * LIFE.slice_steps
 
 
-def test_a_turnover_gives_birth_to_newborns_that_know_nothing() -> None:
-    """Energy, weights and counts are those of the first day; the robot's own clock goes on."""
+def test_new_agents_have_learnt_nothing() -> None:
+    """At a turnover energy, weights and counts are reset; the robot's own count of steps is not."""
     learning = msgspec.structs.replace(DEFAULT.learning, initial_value=0.6)
     batch, _, (robot,) = new_robots(1, Settings(learning=learning))
     robot.start()
     rng = np.random.default_rng(2)
     for _ in range(3):
-        live_slice(robot, rng)
+        step_until_slice_over(robot, rng)
         robot.hand_over()
     births = robot.turn_over()
     assert robot.generation == 1
@@ -50,7 +51,7 @@ def test_a_turnover_gives_birth_to_newborns_that_know_nothing() -> None:
     assert all(birth.step == robot.steps == 3 * LIFE.slice_steps for birth in births)
     assert (batch.energies[0] == LIFE.initial_energy).all()
     assert (batch.weights[0] == 0.6 / learning.tilings).all()
-    for name in ("used", "captures", "matings", "steps_alive", "energy_sum"):
+    for name in ("module_steps", "captures", "matings", "steps_alive", "energy_sum"):
         assert not getattr(batch, name)[0].any()
     assert robot.subpopulation.turns.sum() == 1
 
@@ -60,7 +61,7 @@ def test_conception_follows_the_own_energy_and_nothing_else() -> None:
     life = msgspec.structs.replace(LIFE, conception_threshold=0.2)
     batch, _, (robot,) = new_robots(1, Settings(life=life))
     robot.start()
-    partner = Exchange("9/1", batch.genotypes[0, 1])
+    partner = MatingOffer("9/1", batch.genotypes[0, 1])
     batch.energies[0, robot.agent] = 0.7
     conceived = [robot.mate(partner) is not None for _ in range(2000)]
     assert abs(np.mean(conceived) - 0.7) < 0.04
@@ -69,13 +70,14 @@ def test_conception_follows_the_own_energy_and_nothing_else() -> None:
 
 
 def test_an_offspring_is_of_the_agent_in_control_and_the_partner() -> None:
-    """It waits in the own pool; what is exchanged is a name and a genotype, no more."""
+    """It is in the pool of one robot; what a robot gives to the other is an id and a genotype, no
+    more."""
     batch, _, (one, two) = new_robots(2)
     one.start()
     two.start()
     batch.energies[:] = 1.0
-    given = two.exchange()
-    assert list(Exchange.__dataclass_fields__) == ["agent", "genes"]
+    given = two.mating_offer()
+    assert list(MatingOffer.__dataclass_fields__) == ["agent", "genes"]
     assert np.array_equal(given.genes, batch.genotypes[1, two.agent])
     child = one.mate(given)
     assert child is not None
@@ -85,59 +87,91 @@ def test_an_offspring_is_of_the_agent_in_control_and_the_partner() -> None:
     assert child.father == two.subpopulation.ids[two.agent]
 
 
-def test_saving_and_restoring_in_the_middle_of_a_slice_changes_nothing() -> None:
-    """A robot restored into another row of another batch lives on, bit for bit, over hand-overs and a turnover."""
+def test_a_robot_restored_in_the_middle_of_a_slice_has_the_same_future() -> None:
+    """In another row of another batch, bit for bit, over hand-overs and a turnover."""
     _, _, (robot,) = new_robots(1, seed=3)
     robot.start()
     rng = np.random.default_rng(4)
     for _ in range(37):
-        robot.step(observation(rng))
+        robot.step(random_observation(rng))
     batch, _, others = new_robots(3, seed=9)
     for other in others:
         other.start()
-    twin = others[1]
-    twin.restore(robot.save())
+    restored = others[1]
+    restored.restore(robot.save())
     for _ in range(2 * LIFE.agents * LIFE.slices):
         seed = int(rng.integers(2**32))
-        live = [np.random.default_rng(seed) for _ in range(2)]
+        rngs = [np.random.default_rng(seed) for _ in range(2)]
         for _ in range(LIFE.slice_steps):
-            first = robot.step(observation(live[0]))
-            second = twin.step(observation(live[1]))
+            first = robot.step(random_observation(rngs[0]))
+            second = restored.step(random_observation(rngs[1]))
             assert np.array_equal(first, second)
-            assert robot.events == twin.events
+            assert robot.events == restored.events
             if robot.events & SLICE_OVER:
                 break
-        assert robot.hand_over() == twin.hand_over()
+        assert robot.hand_over() == restored.hand_over()
         if robot.subpopulation.turns.min() == LIFE.slices:
-            assert [b.genotype for b in robot.turn_over()] == [b.genotype for b in twin.turn_over()]
-    assert robot.generation == twin.generation
+            assert [b.genotype for b in robot.turn_over()] == [
+                b.genotype for b in restored.turn_over()
+            ]
+    assert robot.generation == restored.generation
     assert np.array_equal(robot.save()["arrays"]["weights"], batch.weights[1])
 
 
-def test_what_was_saved_does_not_change_with_the_robot() -> None:
-    """A snapshot is a copy of everything."""
+def test_a_snapshot_does_not_change_with_the_robot() -> None:
+    """It is a copy of everything."""
     _, _, (robot,) = new_robots(1)
     robot.start()
     saved = robot.save()
     kept = {name: value.copy() for name, value in saved["arrays"].items()}
-    live_slice(robot, np.random.default_rng(5))
+    step_until_slice_over(robot, np.random.default_rng(5))
     robot.turn_over()
     for name, value in kept.items():
         assert np.array_equal(saved["arrays"][name], value), name
 
 
-def test_a_snapshot_of_another_kind_of_robot_is_refused() -> None:
+def test_a_snapshot_of_an_earlier_version_is_restored() -> None:
+    """One whose fields have their former names gives the same robot."""
+    _, _, (robot,) = new_robots(1)
+    robot.start()
+    step_until_slice_over(robot, np.random.default_rng(6))
+    robot.hand_over()
+    for _ in range(5):
+        robot.step(random_observation(np.random.default_rng(7)))
+    saved = robot.save()
+    former = {name: former for former, name in FORMER_NAMES.items()}
+    arrays = {former.get(name, name): value for name, value in saved["arrays"].items()}
+    assert {"lived", "felt", "left", "rest", "live", "tiles", "clock", "used"} <= set(arrays)
+    _, _, (other,) = new_robots(1, seed=2)
+    other.start()
+    other.restore({**saved, "arrays": arrays})
+    for name, value in other.save()["arrays"].items():
+        assert np.array_equal(value, saved["arrays"][name]), name
+
+
+@pytest.mark.parametrize("name", ["weights", "steps_alive"])
+def test_a_snapshot_without_a_field_is_refused_by_name(name: str) -> None:
+    """It would leave a part of another robot."""
+    _, _, (robot,) = new_robots(1)
+    robot.start()
+    saved = robot.save()
+    del saved["arrays"][name]
+    with pytest.raises(ValueError, match=f"does not fit these settings: {name}"):
+        robot.restore(saved)
+
+
+def test_a_snapshot_of_other_settings_is_refused() -> None:
     """With other tiles or agents it does not fit."""
     _, _, (robot,) = new_robots(1)
     robot.start()
     other = Settings(learning=msgspec.structs.replace(DEFAULT.learning, tilings=4))
-    _, _, (stranger,) = new_robots(1, other)
+    _, _, (different,) = new_robots(1, other)
     with pytest.raises(ValueError, match="does not fit"):
-        stranger.restore(robot.save())
+        different.restore(robot.save())
 
 
-def test_informed_time_sharing_looks_at_matings_for_the_time_lived() -> None:
-    """After everybody's first slice the agent that mated most by time is in control."""
+def test_informed_time_sharing_prefers_matings_per_step_alive() -> None:
+    """After one slice each, the agent that mated most often for its time is in control."""
     batch, _, (robot,) = new_robots(1)
     robot.start()
     robot._time_sharing = EpsilonGreedyOrder(5, 0.0)

@@ -1,4 +1,4 @@
-"""The camera sees what a Cyber Rodent's would: the nearest of each kind, in range, in view, and in sight."""
+"""The camera sees the nearest blob of each kind that is in range, in view, and not hidden."""
 
 import math
 
@@ -15,20 +15,20 @@ from tests.support.small_arenas import new_arena, put
 HALF_ANGLE = math.radians(75)
 
 
-def seen(arena: Arena, robot: int, what: int) -> tuple[float, float] | None:
+def seen(arena: Arena, robot: int, blob: int) -> tuple[float, float] | None:
     """Return distance (m) and bearing (rad) of a blob, or None if it is not visible."""
     row = arena.observe()[robot]
-    if row[what] == 0.0:
-        assert not row[what : what + 6].any()
+    if row[blob] == 0.0:
+        assert not row[blob : blob + 6].any()
         return None
-    return float(row[what + contract.DISTANCE]), float(row[what + contract.BEARING])
+    return float(row[blob + contract.DISTANCE]), float(row[blob + contract.BEARING])
 
 
 @given(st.floats(-math.pi, math.pi), st.floats(0.3, 2.0), st.floats(-math.pi, math.pi))
-def test_a_pack_is_seen_within_range_and_angle_and_nowhere_else(
+def test_a_pack_is_visible_within_range_and_angle_only(
     heading: float, distance_m: float, bearing: float
 ) -> None:
-    """With its true distance and bearing, left being positive, wherever the robot looks."""
+    """It has its true distance and bearing, positive to the left, whatever the robot's heading."""
     if abs(distance_m - 1.5) < 1e-6 or abs(abs(bearing) - HALF_ANGLE) < 1e-6:
         return
     arena = new_arena()
@@ -41,8 +41,8 @@ def test_a_pack_is_seen_within_range_and_angle_and_nowhere_else(
         assert blob == pytest.approx((distance_m, bearing), abs=1e-9)
 
 
-def test_the_nearest_pack_is_seen_with_its_colour() -> None:
-    """Behind it others may be, and one that a jaw holds is not to be had."""
+def test_the_nearest_pack_is_visible_with_its_colour() -> None:
+    """Packs that are further away, or held by a jaw, are not."""
     arena = new_arena(packs=3)
     put(arena, [(0.0, 0.0, 0.0)], [(1.0, 0.0), (0.5, 0.3), (0.3, 0.0)])
     arena.world.pack_holders[2] = 0
@@ -58,7 +58,8 @@ def test_the_nearest_pack_is_seen_with_its_colour() -> None:
     ("heading_deg", "face"), [(180, True), (110, True), (-91, True), (80, False), (0, False)]
 )
 def test_a_robot_shows_its_face_or_its_tail_lamp(heading_deg: float, face: bool) -> None:
-    """A face is seen from within 90 degrees of its heading, else the tail, and never both."""
+    """A face is visible from within 90 degrees of its heading, the tail from elsewhere, and never
+    both."""
     arena = new_arena(2)
     put(arena, [(0.0, 0.0, 0.0), (0.8, 0.2, math.radians(heading_deg))])
     shown, hidden = (contract.FACE, contract.TAIL) if face else (contract.TAIL, contract.FACE)
@@ -67,7 +68,7 @@ def test_a_robot_shows_its_face_or_its_tail_lamp(heading_deg: float, face: bool)
 
 
 def test_a_face_has_the_colour_of_its_lamp_and_a_tail_is_red() -> None:
-    """The lamp is what the other robot commanded."""
+    """The colour of a face is that of the other robot's action."""
     arena = new_arena(2)
     put(arena, [(0.0, 0.0, 0.0), (0.8, 0.0, math.pi)])
     arena.world.actions[1, contract.LED : contract.LED + 3] = [0.2, 0.7, 0.1]
@@ -78,7 +79,7 @@ def test_a_face_has_the_colour_of_its_lamp_and_a_tail_is_red() -> None:
     assert arena.observe()[0, colour].tolist() == [1.0, 0.0, 0.0]
 
 
-def test_of_several_robots_the_nearest_face_and_the_nearest_tail_are_seen() -> None:
+def test_the_nearest_face_and_the_nearest_tail_of_several_are_visible() -> None:
     """Each in its own blob."""
     arena = new_arena(5)
     put(
@@ -100,14 +101,14 @@ def test_of_several_robots_the_nearest_face_and_the_nearest_tail_are_seen() -> N
 
 
 def hidden_by(**arena_settings: object) -> bool:
-    """Tell whether a pack a metre ahead is out of sight."""
+    """Return whether a pack a metre ahead is not visible."""
     arena = new_arena(arena=arena_settings)
     put(arena, [(0.0, 0.0, 0.0)], [(1.0, 0.0)])
     return seen(arena, 0, contract.PACK) is None
 
 
 def test_walls_and_pillars_hide_what_is_behind_them() -> None:
-    """Only if they stand between, and not beside or behind the pack."""
+    """Only if they are between robot and pack, and not beside or behind one of them."""
     assert not hidden_by()
     assert hidden_by(inner_walls=((0.5, -0.2, 0.5, 0.2),))
     assert not hidden_by(inner_walls=((0.5, 0.1, 0.5, 0.3),))
@@ -120,7 +121,7 @@ def test_walls_and_pillars_hide_what_is_behind_them() -> None:
 
 
 def test_bodies_hide_packs_and_one_another() -> None:
-    """A robot in between blocks the view of what is behind it, and itself is seen."""
+    """A robot in between hides what is behind it, and is visible itself."""
     arena = new_arena(3)
     put(arena, [(0.0, 0.0, 0.0), (0.5, 0.05, 0.0), (1.0, 0.0, math.pi)], [(0.8, 0.0)])
     assert seen(arena, 0, contract.PACK) is None
@@ -131,8 +132,8 @@ def test_bodies_hide_packs_and_one_another() -> None:
     assert seen(arena, 0, contract.FACE) is not None
 
 
-def test_without_occlusion_everything_in_range_is_seen() -> None:
-    """The setting switches it off."""
+def test_without_occlusion_everything_in_range_is_visible() -> None:
+    """Occlusion is a setting."""
     arena = new_arena(3, body={"occlusion": False})
     put(arena, [(0.0, 0.0, 0.0), (0.5, 0.0, 0.0), (1.0, 0.0, math.pi)], [(0.8, 0.0)])
     assert seen(arena, 0, contract.PACK) is not None
@@ -140,14 +141,15 @@ def test_without_occlusion_everything_in_range_is_seen() -> None:
 
 
 def crosses_disc(to: FloatArray, centre: FloatArray, radius: float) -> bool:
-    """Sample the way from the origin: does it enter the disc?"""
-    way = np.linspace(0.0, 1.0, 4001)[:, None] * to
-    return bool((np.hypot(*(way - centre).T) < radius).any())
+    """Return whether a point of the line from the origin, sampled in small steps, is in the
+    disc."""
+    line = np.linspace(0.0, 1.0, 4001)[:, None] * to
+    return bool((np.hypot(*(line - centre).T) < radius).any())
 
 
 @given(st.integers(0, 2**32))
-def test_occlusion_is_what_a_ray_walked_in_small_steps_says(seed: int) -> None:
-    """In random crowds, except where the ray just grazes a body."""
+def test_occlusion_is_that_of_a_sampled_ray(seed: int) -> None:
+    """In random crowds, except where the ray only grazes a body."""
     rng = np.random.default_rng(seed)
     arena = new_arena(6)
     poses = np.column_stack([rng.uniform(-0.8, 0.8, (6, 2)), rng.uniform(-3, 3, 6)])
@@ -162,23 +164,3 @@ def test_occlusion_is_what_a_ray_walked_in_small_steps_says(seed: int) -> None:
     loosely = any(crosses_disc(to, centre, 0.11 + 1e-3) for centre in others)
     if strictly == loosely:
         assert (seen(arena, 0, contract.PACK) is None) == strictly
-
-
-def test_sound_fades_with_distance_and_is_louder_at_the_nearer_ear() -> None:
-    """Silence is 0, and so is what is out of earshot."""
-    arena = new_arena(2, body={"microphones": True})
-
-    def sample(x: float, y: float, loudness: float = 1.0) -> list[float]:
-        put(arena, [(0.0, 0.0, 0.0), (x, y, 0.0)])
-        arena.world.actions[1, contract.SPEAKER] = loudness
-        left, right = arena.observe()[0, contract.MICROPHONES : contract.MICROPHONES + 2]
-        return [float(left), float(right)]
-
-    assert sample(1.0, 0.0, 0.0) == [0.0, 0.0]
-    assert sample(1.6, 0.0) == [0.0, 0.0]
-    left, right = sample(0.0, 0.6)
-    assert left > right > 0.0
-    assert sample(0.0, -0.6) == pytest.approx([right, left])
-    ahead = sample(0.6, 0.0)
-    assert ahead[0] == ahead[1] > sample(1.2, 0.0)[0] > 0.0
-    assert sample(0.6, 0.0, 0.5)[0] == pytest.approx(0.5 * ahead[0])

@@ -1,4 +1,4 @@
-"""Infrared rays meet what pymunk's own rays meet."""
+"""Infrared rays hit what pymunk's own rays hit."""
 
 import math
 
@@ -17,12 +17,13 @@ RADIUS_M = 0.11
 
 
 def sensed(arena: Arena) -> tuple[float, list[float]]:
+    """Return the range sensor and the proximity sensors of the first robot (m)."""
     row = arena.observe()[0]
     return float(row[contract.IR_RANGE]), row[contract.PROXIMITY : contract.PROXIMITY + 7].tolist()
 
 
-def test_where_nothing_is_a_sensor_reads_its_range() -> None:
-    """Ahead a metre, around the front 30 cm, from the hull on."""
+def test_in_free_space_a_sensor_reads_its_range() -> None:
+    """A metre ahead and 30 cm around the front, from the hull."""
     arena = new_arena(width_m=10.0, body=INFRARED)
     put(arena, [(0.0, 0.0, 1.0)])
     ahead, around = sensed(arena)
@@ -30,8 +31,8 @@ def test_where_nothing_is_a_sensor_reads_its_range() -> None:
     assert around == pytest.approx([0.3] * 7)
 
 
-def test_walls_and_bodies_are_felt_from_the_hull_on() -> None:
-    """A wall ahead, and a robot on the left at which the leftmost sensor looks."""
+def test_distances_of_walls_and_bodies_are_measured_from_the_hull() -> None:
+    """A wall is ahead, and a robot on the left in the direction of the leftmost sensor."""
     arena = new_arena(2, width_m=4.0, body=INFRARED)
     put(arena, [(1.6, 0.0, 0.0), (1.6, 0.4, 0.0)])
     ahead, around = sensed(arena)
@@ -43,7 +44,8 @@ def test_walls_and_bodies_are_felt_from_the_hull_on() -> None:
 
 @given(st.integers(0, 2**32))
 def test_rays_end_where_pymunks_ray_casts_end(seed: int) -> None:
-    """In random places with walls, pillars and a crowd: the segment query of pymunk is the oracle."""
+    """At random positions with walls, pillars and a crowd; the segment query of pymunk is the
+    oracle."""
     rng = np.random.default_rng(seed)
     walls = rng.uniform(-1.0, 1.0, (2, 4))
     pillars = np.column_stack([rng.uniform(-1.0, 1.0, (2, 2)), rng.uniform(0.05, 0.2, 2)])
@@ -53,10 +55,10 @@ def test_rays_end_where_pymunks_ray_casts_end(seed: int) -> None:
     }
     arena = new_arena(6, width_m=3.0, arena=obstacles, body=INFRARED)
     poses = np.column_stack([rng.uniform(-1.3, 1.3, (6, 2)), rng.uniform(-3, 3, 6)])
-    place = poses[0, :2]
-    if np.hypot(*(poses[1:, :2] - place).T).min() < RADIUS_M + 1e-3:
+    position = poses[0, :2]
+    if np.hypot(*(poses[1:, :2] - position).T).min() < RADIUS_M + 1e-3:
         return
-    if (np.hypot(*(pillars[:, :2] - place).T) < pillars[:, 2] + 1e-3).any():
+    if (np.hypot(*(pillars[:, :2] - position).T) < pillars[:, 2] + 1e-3).any():
         return
     put(arena, poses)
     space = pymunk.Space()
@@ -71,9 +73,9 @@ def test_rays_end_where_pymunks_ray_casts_end(seed: int) -> None:
         space.add(pymunk.Circle(space.static_body, RADIUS_M, (x, y)))
 
     def cast(angle: float, range_m: float) -> float:
-        way = np.array([math.cos(poses[0, 2] + angle), math.sin(poses[0, 2] + angle)])
-        end = place + (RADIUS_M + range_m) * way
-        hit = space.segment_query_first(tuple(place), tuple(end), 0.0, pymunk.ShapeFilter())
+        direction = np.array([math.cos(poses[0, 2] + angle), math.sin(poses[0, 2] + angle)])
+        end = position + (RADIUS_M + range_m) * direction
+        hit = space.segment_query_first(tuple(position), tuple(end), 0.0, pymunk.ShapeFilter())
         share = 1.0 if hit is None else hit.alpha
         return max(share * (RADIUS_M + range_m) - RADIUS_M, 0.0)
 
@@ -83,8 +85,8 @@ def test_rays_end_where_pymunks_ray_casts_end(seed: int) -> None:
     assert around == pytest.approx(expected, abs=1e-6)
 
 
-def test_switched_off_they_read_nothing() -> None:
-    """And cost nothing: no ray is cast."""
+def test_sensors_that_are_off_read_0() -> None:
+    """They are off by default."""
     arena = new_arena(width_m=0.6)
     put(arena, [(0.0, 0.0, 0.0)])
     assert sensed(arena) == (0.0, [0.0] * 7)

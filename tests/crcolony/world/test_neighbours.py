@@ -1,14 +1,14 @@
-"""The cell grid finds exactly who is near, and looks only at those around."""
+"""A search returns exactly the points that are near, and visits only the cells around."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crcolony.world.neighbours import Cells, find_near, new_cells, sort_into_cells
+from crcolony.world.neighbours import Cells, collect_near, new_cells, sort_into_cells
 
 
-def looked_at(cells: Cells, x: float, y: float, range_m: float) -> int:
+def visited(cells: Cells, x: float, y: float, range_m: float) -> int:
     """Return how many points lie in the cells that a search at x, y visits."""
     corner = cells.grid[:2]
     low = ((np.array([x, y]) - range_m - corner) * cells.grid[2]).astype(int).clip(0)
@@ -29,17 +29,18 @@ def looked_at(cells: Cells, x: float, y: float, range_m: float) -> int:
     st.floats(0.01, 5.0),
     st.floats(0.01, 5.0),
 )
-def test_a_search_finds_what_brute_force_finds(
+def test_a_search_returns_what_brute_force_returns(
     seed: int, points: int, width_m: float, height_m: float, cell_m: float, range_m: float
 ) -> None:
-    """Every point within range with its offsets and squared distance, and no other, also at and beyond the border."""
+    """Every point within range with its offsets and squared distance, and no other; also beyond the
+    border."""
     rng = np.random.default_rng(seed)
     positions = (rng.random((points, 2)) - 0.5) * [width_m, height_m] * 1.1
     cells = new_cells(width_m, height_m, cell_m, points)
     sort_into_cells(cells, positions)
     found = np.zeros((points, 4))
     x, y = (rng.random(2) - 0.5) * [width_m, height_m]
-    count = find_near(cells, positions, x, y, range_m, found)
+    count = collect_near(cells, positions, x, y, range_m, found)
     offsets = positions - [x, y]
     squared = offsets[:, 0] * offsets[:, 0] + offsets[:, 1] * offsets[:, 1]
     expected = np.flatnonzero(squared <= range_m * range_m)
@@ -51,7 +52,7 @@ def test_a_search_finds_what_brute_force_finds(
 
 @given(st.integers(0, 2**32), st.integers(1, 200))
 def test_sorting_puts_every_point_into_its_cell_in_order(seed: int, points: int) -> None:
-    """Each index once, and within a cell the smaller index first."""
+    """Every index is in one cell, and in a cell the smaller index comes first."""
     rng = np.random.default_rng(seed)
     positions = (rng.random((points, 3)) - 0.5) * 10.0
     cells = new_cells(10.0, 10.0, 1.0, points)
@@ -63,30 +64,30 @@ def test_sorting_puts_every_point_into_its_cell_in_order(seed: int, points: int)
         assert (np.diff(members) > 0).all()
 
 
-def test_what_a_search_looks_at_does_not_grow_with_the_colony() -> None:
-    """At the same density 1,600 robots look at hardly more neighbours each than 100."""
-    looked = {}
+def test_the_cost_of_a_search_does_not_grow_with_the_colony() -> None:
+    """At the same density a search visits hardly more points among 1,600 robots than among 100."""
+    mean = {}
     for robots in (100, 1600):
         width_m = np.sqrt(1.21 * robots)
         positions = (np.random.default_rng(1).random((robots, 2)) - 0.5) * width_m
         cells = new_cells(width_m, width_m, 1.5, robots)
         sort_into_cells(cells, positions)
-        looked[robots] = np.mean([looked_at(cells, x, y, 1.5) for x, y in positions])
-    assert looked[1600] < 1.3 * looked[100] < 40.0
+        mean[robots] = np.mean([visited(cells, x, y, 1.5) for x, y in positions])
+    assert mean[1600] < 1.3 * mean[100] < 40.0
 
 
 @pytest.mark.parametrize("robots", [1, 4, 1000])
-def test_cells_stay_few_however_short_sighted_robots_are(robots: int) -> None:
-    """A hall of a kilometre and a sight of a millimetre need no million of cells."""
+def test_the_number_of_cells_is_bounded_by_the_number_of_points(robots: int) -> None:
+    """An arena of a kilometre and a range of a millimetre do not need a million of cells."""
     cells = new_cells(1000.0, 1000.0, 0.001, robots)
     assert cells.start.size <= 4 * robots + 1
 
 
-def test_more_than_there_is_room_for_is_left_out() -> None:
+def test_points_beyond_the_length_of_the_output_are_left_out() -> None:
     """The scratch array is never overrun."""
     positions = np.zeros((10, 2))
     cells = new_cells(1.0, 1.0, 1.0, 10)
     sort_into_cells(cells, positions)
     found = np.zeros((4, 4))
-    assert find_near(cells, positions, 0.0, 0.0, 0.5, found) == 4
+    assert collect_near(cells, positions, 0.0, 0.0, 0.5, found) == 4
     assert found[:, 0].tolist() == [0, 1, 2, 3]

@@ -10,12 +10,13 @@ from crcolony.world.arena import Arena
 from tests.support.small_arenas import new_arena, put
 
 
-def bite(arena: Arena, robot: int = 0, jaw: float = 1.0) -> float:
-    """Let a tick pass in which a robot stands with its jaw so; return the charge it took."""
+def charge_of(arena: Arena, robot: int = 0, jaw: float = 1.0) -> float:
+    """Simulate a tick in which a robot stands still with its jaw closed or open; return its
+    charge."""
     action = np.zeros(contract.ACTION_WIDTH)
     action[contract.JAW], action[contract.TTL] = jaw, 1.0
     arena.act(robot, action)
-    arena.advance()
+    arena.integrate()
     return float(arena.world.charges[robot])
 
 
@@ -23,8 +24,8 @@ def bite(arena: Arena, robot: int = 0, jaw: float = 1.0) -> float:
     ("distance_m", "bearing_deg", "taken"),
     [(0.17, 0, True), (0.17, 29, True), (0.17, -29, True), (0.17, 31, False), (0.19, 0, False)],
 )
-def test_a_jaw_reaches_just_so_far(distance_m: float, bearing_deg: float, taken: bool) -> None:
-    """Eighteen centimetres and thirty degrees to each side."""
+def test_a_jaw_has_a_reach(distance_m: float, bearing_deg: float, taken: bool) -> None:
+    """It is 18 cm and 30 degrees to each side."""
     arena = new_arena()
     bearing = math.radians(bearing_deg)
     put(
@@ -32,24 +33,24 @@ def test_a_jaw_reaches_just_so_far(distance_m: float, bearing_deg: float, taken:
         [(0.0, 0.0, 0.5)],
         [(distance_m * math.cos(0.5 + bearing), distance_m * math.sin(0.5 + bearing))],
     )
-    assert (bite(arena) == 0.4) == taken
+    assert (charge_of(arena) == 0.4) == taken
 
 
-def test_an_open_jaw_takes_nothing() -> None:
+def test_an_open_jaw_does_not_latch() -> None:
     """The robot has to close it."""
     arena = new_arena()
     put(arena, [(0.0, 0.0, 0.0)], [(0.15, 0.0)])
-    assert bite(arena, jaw=0.0) == 0.0
-    assert bite(arena) == 0.4
+    assert charge_of(arena, jaw=0.0) == 0.0
+    assert charge_of(arena) == 0.4
 
 
-def test_an_emptied_pack_reappears_full_elsewhere_and_clear() -> None:
-    """Away from walls, robots and other packs, in the same tick."""
+def test_an_empty_pack_is_replaced_at_a_clear_position() -> None:
+    """In the same tick, by a full one away from walls, robots and other packs."""
     arena = new_arena(3, packs=4, width_m=4.0)
-    places = [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0)]
+    positions = [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0)]
     for _ in range(30):
-        put(arena, [(0.0, 0.0, 0.0), (0.7, 0.7, 0.0), (-0.7, -0.7, 0.0)], [(0.15, 0.0), *places])
-        assert bite(arena) == 0.4
+        put(arena, [(0.0, 0.0, 0.0), (0.7, 0.7, 0.0), (-0.7, -0.7, 0.0)], [(0.15, 0.0), *positions])
+        assert charge_of(arena) == 0.4
         world = arena.world
         assert (world.pack_charges[0], world.pack_holders[0], world.holding[0]) == (0.4, -1, -1)
         assert (np.abs(world.packs[0]) <= 1.8).all()
@@ -57,50 +58,50 @@ def test_an_emptied_pack_reappears_full_elsewhere_and_clear() -> None:
             assert math.hypot(*(world.packs[0] - other)) > 0.3
 
 
-def test_a_held_pack_is_carried_charges_slowly_and_is_nobody_elses() -> None:
-    """It goes with its holder, hidden from others, until it is empty or let go."""
+def test_a_held_pack_moves_with_its_holder() -> None:
+    """No other robot sees it or latches on it until it is released or empty."""
     arena = new_arena(2, packs=1, arena={"pack_charge_per_step": 0.1})
     put(arena, [(0.0, 0.0, 0.0), (0.3, 0.0, math.pi)], [(0.15, 0.0)])
-    assert bite(arena) == pytest.approx(0.1)
+    assert charge_of(arena) == pytest.approx(0.1)
     world = arena.world
     assert (world.holding[0], world.pack_holders[0]) == (0, 0)
     assert world.packs[0] == pytest.approx(world.poses[0, :2] + [0.13, 0.0])
-    assert bite(arena, 1) == 0.0
+    assert charge_of(arena, 1) == 0.0
     assert arena.observe()[1, contract.PACK] == 0.0
     assert arena.observe()[0, contract.JAW_HOLDS] == 1.0
-    bite(arena, 1, jaw=0.0)
-    assert bite(arena, jaw=0.0) == 0.0
+    charge_of(arena, 1, jaw=0.0)
+    assert charge_of(arena, jaw=0.0) == 0.0
     assert (world.holding[0], world.pack_holders[0]) == (-1, -1)
     assert arena.observe()[1, contract.PACK] == 1.0
     left = world.pack_charges[0]
-    taken = [bite(arena) for _ in range(round(left / 0.1))]
+    taken = [charge_of(arena) for _ in range(round(left / 0.1))]
     assert sum(taken) == pytest.approx(left)
     assert world.holding[0] == -1
     assert world.pack_charges[0] == 0.4
 
 
 def test_a_jaw_takes_the_nearest_of_several_packs_and_one_at_a_time() -> None:
-    """The others stay where they are."""
+    """The other packs stay where they are."""
     arena = new_arena(packs=3, arena={"pack_charge_per_step": 0.05})
     put(arena, [(0.0, 0.0, 0.0)], [(0.17, 0.02), (0.14, -0.01), (0.16, 0.0)])
-    bite(arena)
+    charge_of(arena)
     assert arena.world.holding[0] == 1
-    bite(arena)
+    charge_of(arena)
     assert arena.world.pack_holders.tolist() == [-1, 0, -1]
 
 
-def test_a_taken_pack_charges_the_bodys_own_battery() -> None:
-    """Which runs down meanwhile, and is never above full nor below empty."""
+def test_a_pack_charges_the_bodys_own_battery() -> None:
+    """That battery runs down, and stays between 0 and 1."""
     arena = new_arena(body={"battery_drain_per_s": 0.25})
     put(arena, [(0.0, 0.0, 0.0)])
     levels = []
     for _ in range(25):
-        bite(arena)
+        charge_of(arena)
         levels.append(float(arena.observe()[0, contract.BATTERY]))
     assert levels[:3] == pytest.approx([0.95, 0.9, 0.85])
     assert levels[-1] == 0.0
     put(arena, [(0.0, 0.0, 0.0)], [(0.15, 0.0)])
-    bite(arena)
+    charge_of(arena)
     row = arena.observe()[0]
     assert row[contract.CHARGE] == 0.4
     assert row[contract.BATTERY] == pytest.approx(0.35)

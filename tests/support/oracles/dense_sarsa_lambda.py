@@ -1,4 +1,4 @@
-"""Algorithm 2.2 as printed: every trace and every weight is touched in every step."""
+"""Algorithm 2.2 as printed: every trace and every weight is updated in every step."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from crcolony.learning.traces import replace_and_clear
 
 
 class DenseSarsaLambda:
-    """What `SarsaLambda` must be equal to, with the same meta-parameters and the same draws."""
+    """The oracle of `SarsaLambda`: equal to it with the same meta-parameters and the same draws."""
 
     def __init__(
         self,
@@ -32,7 +32,7 @@ class DenseSarsaLambda:
         self.action = 0
 
     def start(self, state: FloatArray, u: float) -> int:
-        """Begin an episode in `state` (d,)."""
+        """Start an episode in `state` (d,); return the first action."""
         self.e[:] = 0.0
         self.tiles, _ = self.coding(state)
         self.action = softmax(
@@ -42,7 +42,8 @@ class DenseSarsaLambda:
         return self.action
 
     def step(self, reward: float, state: FloatArray, terminal: bool, u: float) -> int:
-        """Learn from `reward` and next `state` (d,); the next action, -1 after a terminal state."""
+        """Learn from `reward` and next `state` (d,); return the next action, -1 after a terminal
+        state."""
         delta = reward - self.weights[self.tiles, self.action].sum()
         if terminal:
             self.weights += self.rate * delta * self.e

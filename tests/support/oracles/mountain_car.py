@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from crcolony.compiled import FloatArray, IntArray, compiled
-from crcolony.learning.sarsa_lambda import Learner, advance, begin
+from crcolony.learning.sarsa_lambda import Learner, learn_and_select, start_episode
 
 LOWEST_POSITION = -1.2
 HIGHEST_POSITION = 0.6
@@ -19,7 +19,8 @@ ACTIONS = 3
 
 @compiled
 def drive(state: FloatArray, action: int) -> bool:
-    """Move `state` (2,) by `action` 0 (back), 1 (coast) or 2 (forth); is this the goal?"""
+    """Move `state` (2,) by `action` 0 (back), 1 (coast) or 2 (forth); return whether it is the
+    goal."""
     velocity = state[1] + (action - 1) * 0.001 - math.cos(3.0 * state[0]) * 0.0025
     velocity = min(max(velocity, -LARGEST_SPEED), LARGEST_SPEED)
     position = min(max(state[0] + velocity, LOWEST_POSITION), HIGHEST_POSITION)
@@ -31,7 +32,7 @@ def drive(state: FloatArray, action: int) -> bool:
 
 
 def random_starts(episodes: int, rng: np.random.Generator) -> FloatArray:
-    """Positions (episodes,) near the bottom, where episodes start at rest."""
+    """Return positions (episodes,) near the bottom, where episodes start at rest."""
     return rng.uniform(-0.6, -0.4, episodes)
 
 
@@ -39,20 +40,22 @@ def random_starts(episodes: int, rng: np.random.Generator) -> FloatArray:
 def drive_episodes(
     learner: Learner, state: FloatArray, starts: FloatArray, draws: FloatArray, steps: IntArray
 ) -> int:
-    """Learn an episode from each of the positions `starts` (episodes,); the steps of all.
+    """Learn an episode from each of the positions `starts` (episodes,); return the steps of all.
 
-    Writes the `steps` (episodes,) of each, cut at 5000. `draws` (any,) are used in turn.
+    Writes the `steps` (episodes,) of each, at most 5000. `draws` (any,) are used in turn.
     """
     total = 0
     for episode in range(starts.shape[0]):
         state[0] = starts[episode]
         state[1] = 0.0
-        action = begin(learner, state, draws[total % draws.shape[0]])
+        action = start_episode(learner, state, draws[total % draws.shape[0]])
         count = 0
         while action >= 0 and count < 5000:
             terminal = drive(state, action)
             count += 1
             total += 1
-            action = advance(learner, action, -1.0, state, terminal, draws[total % draws.shape[0]])
+            action = learn_and_select(
+                learner, action, -1.0, state, terminal, draws[total % draws.shape[0]]
+            )
         steps[episode] = count
     return total

@@ -1,8 +1,9 @@
-"""The control step of Paper III as a textbook would write it: dense traces, whole tables, nothing compiled.
+"""The control step of Paper III as a textbook would write it: dense traces, nothing compiled.
 
-Made from the thesis' equations and the design, to compare `robot.step` with: energy, selector (a linear network),
-Sarsa(lambda) with replacing traces and clearing (Algorithm 2.2), shaping by a normalised RBF potential (eq. 2.27,
-3.1), softmax (eq. 2.18) with hyperbolically decaying temperature.
+It is written from the equations of the thesis, as the oracle of `robot/step.py`: energy, selector
+(a linear network), Sarsa(lambda) with replacing traces and clearing (Algorithm 2.2), shaping by a
+normalised RBF potential (eq. 2.27, 3.1), softmax (eq. 2.18) with a hyperbolically
+decaying temperature.
 """
 
 import numpy as np
@@ -17,13 +18,13 @@ from crcolony.robot.settings import Learning, Life
 
 
 class PlainStream:
-    """SplitMix64 as its authors print it, with Python's whole numbers."""
+    """SplitMix64 as its authors print it, with Python's integers."""
 
     def __init__(self, key: int, counter: int) -> None:
         self.key, self.counter = key, counter
 
     def draw(self) -> float:
-        """A number in [0, 1) of 53 bits."""
+        """Return a number in [0, 1) of 53 bits."""
         self.counter += 1
         mask = 2**64 - 1
         z = (self.key + self.counter * 0x9E3779B97F4A7C15) & mask
@@ -33,7 +34,7 @@ class PlainStream:
 
 
 class PlainRobot:
-    """One robot with `genotypes` (agents, genes); `agent` is in control until `take_over` says otherwise."""
+    """One robot with `genotypes` (agents, genes); agent 0 is in control until `hand_over`."""
 
     def __init__(
         self,
@@ -63,52 +64,52 @@ class PlainRobot:
         shape = (len(genotypes), len(MODULES), self.grid + 2 * learning.tilings, len(self.moves))
         self.theta = np.full(shape, learning.initial_value / learning.tilings)
         self.energy = np.full(len(genotypes), life.initial_energy)
-        self.used = np.zeros((len(genotypes), len(MODULES)), dtype=int)
+        self.module_steps = np.zeros((len(genotypes), len(MODULES)), dtype=int)
         self.sides = [0 for _ in MODULES]
-        self.rest = [0 for _ in MODULES]
-        self.take_over(0)
+        self.refractory_left = [0 for _ in MODULES]
+        self.hand_over(0)
 
-    def take_over(self, agent: int) -> None:
-        """Give the robot to another agent for a slice."""
-        self.agent, self.left, self.module = agent, self.life.slice_steps, -1
+    def hand_over(self, agent: int) -> None:
+        """Give control to an agent for a slice."""
+        self.agent, self.slice_steps_left, self.module = agent, self.life.slice_steps, -1
         self.e = np.zeros(self.theta.shape[2:])
 
     def step(self, observation: FloatArray) -> FloatArray:
-        """One control period: from an observation to an action."""
+        """Do one control step: from an observation to an action."""
         action = np.zeros(contract.ACTION_WIDTH)
-        self.left -= 1
+        self.slice_steps_left -= 1
         if self.energy[self.agent] == 0.0:
             return action
-        fed = min(self.energy[self.agent] + observation[contract.CHARGE], 1.0)
-        self.energy[self.agent] = max(fed - self.life.energy_per_step, 0.0)
+        charged = min(self.energy[self.agent] + observation[contract.CHARGE], 1.0)
+        self.energy[self.agent] = max(charged - self.life.energy_per_step, 0.0)
         if self.energy[self.agent] == 0.0:
             self.module = -1
             return action
-        visible = [self._notice(m, observation) for m in range(len(MODULES))]
-        self._decide(observation, visible)
-        if self.left > 0:
-            self._write(action)
+        visible = [self._is_visible(m, observation) for m in range(len(MODULES))]
+        self._learn_and_select(observation, visible)
+        if self.slice_steps_left > 0:
+            self._write_action(action)
         return action
 
-    def _notice(self, m: int, observation: FloatArray) -> bool:
+    def _is_visible(self, m: int, observation: FloatArray) -> bool:
         module = MODULES[m]
         if observation[module.success] > 0.0:
-            self.rest[m] = self.life.refractory_steps if module.rests else 0
+            self.refractory_left[m] = self.life.refractory_steps if module.is_refractory else 0
         else:
-            self.rest[m] = max(self.rest[m] - 1, 0)
-        if observation[module.target] == 0.0 or self.rest[m] > 0:
+            self.refractory_left[m] = max(self.refractory_left[m] - 1, 0)
+        if observation[module.target] == 0.0 or self.refractory_left[m] > 0:
             return False
         self.sides[m] = int(observation[module.target + contract.BEARING] < 0.0)
         return True
 
-    def _decide(self, observation: FloatArray, visible: list[bool]) -> None:
+    def _learn_and_select(self, observation: FloatArray, visible: list[bool]) -> None:
         own = self.agents[self.agent]
         inputs = np.array([1.0, self.energy[self.agent], *visible])
         outputs = np.concatenate([[0.0], own.selector @ inputs])
         module = int(np.argmax(outputs))
         before = self.module
         if before >= 0 and before != module:
-            tiles, potential = self._state(before, observation, visible)
+            tiles, potential = self._evaluate_state(before, observation, visible)
             values = self.theta[self.agent, before, tiles].sum(axis=0)
             ties = np.flatnonzero(values == values.max())
             self._learn(
@@ -116,9 +117,9 @@ class PlainRobot:
             )
             self.e[:] = 0.0
         meta = own.meta_parameters[module]
-        tiles, potential = self._state(module, observation, visible)
+        tiles, potential = self._evaluate_state(module, observation, visible)
         values = self.theta[self.agent, module, tiles].sum(axis=0)
-        tau = meta.tau / (1.0 + meta.tau_decay * self.used[self.agent, module])
+        tau = meta.tau / (1.0 + meta.tau_decay * self.module_steps[self.agent, module])
         with np.errstate(over="ignore"):
             responses = np.exp((values - values.max()) / tau)
         chosen = int(np.argmax(np.cumsum(responses) > self.stream.draw() * responses.sum()))
@@ -128,9 +129,9 @@ class PlainRobot:
         self.e[tiles] = 0.0
         self.e[tiles, chosen] = 1.0
         self.module, self.chosen, self.tiles, self.potential = module, chosen, tiles, potential
-        self.used[self.agent, module] += 1
+        self.module_steps[self.agent, module] += 1
 
-    def _state(
+    def _evaluate_state(
         self, m: int, observation: FloatArray, visible: list[bool]
     ) -> tuple[list[int], float]:
         tilings = self.learning.tilings
@@ -142,9 +143,9 @@ class PlainRobot:
             observation[target + contract.BEARING],
         )
         low = np.array([0.0, -self.range[1]])
-        place = (np.array([distance, bearing]) - low) / (self.range - low) * self.counts
-        place = np.clip(place, 0.0, self.counts)
-        cells = np.minimum(np.floor(place + self.offsets), self.counts).astype(int)
+        position = (np.array([distance, bearing]) - low) / (self.range - low) * self.counts
+        position = np.clip(position, 0.0, self.counts)
+        cells = np.minimum(np.floor(position + self.offsets), self.counts).astype(int)
         rows, columns = self.counts + 1
         tiles = [(k * rows + i) * columns + j for k, (i, j) in enumerate(cells.tolist())]
         _, features = self.rbf(np.array([distance, abs(bearing)]))
@@ -158,12 +159,12 @@ class PlainRobot:
         delta -= theta[self.tiles, self.chosen].sum()
         theta += meta.alpha / self.learning.tilings * delta * self.e
 
-    def _write(self, action: FloatArray) -> None:
+    def _write_action(self, action: FloatArray) -> None:
         module = MODULES[self.module]
         speed, turn = self.moves[self.chosen]
         action[contract.WHEEL_LEFT] = speed - 0.5 * self.rodent.track_m * turn
         action[contract.WHEEL_RIGHT] = speed + 0.5 * self.rodent.track_m * turn
         action[contract.JAW] = 1.0
         action[contract.LED : contract.LED + 3] = module.lamp
-        action[contract.BEACON] = float(module.beacon and self.rest[self.module] == 0)
+        action[contract.BEACON] = float(module.beacon and self.refractory_left[self.module] == 0)
         action[contract.TTL] = self.learning.action_ttl_s

@@ -14,7 +14,7 @@ from crcolony.protocol.telemetry_messages import Fault, RobotEvent
 from crcolony.telemetry.colony_monitor import ColonyMonitor
 from crcolony.telemetry.presence import FORGET_S
 from crcolony.telemetry.status_changes import RobotJoined, RobotLeft
-from tests.support.drawn import Drawing, RecordingStage
+from tests.support.drawn import Drawing, RecordingStreams
 from tests.support.fake_telemetry import (
     IDS,
     SCHEMA,
@@ -34,13 +34,13 @@ class Performance:
     """A dashboard that hears of colonies and draws on a recording stage."""
 
     def __init__(self) -> None:
-        self.dashboard, self.streams = Dashboard(ColonyMonitor()), RecordingStage()
+        self.dashboard, self.streams = Dashboard(ColonyMonitor()), RecordingStreams()
         self.sample = FakeTelemetry(self.dashboard.view)
         self.dashboard.setup(self.streams)
 
-    def draw(self, after_s: float = 0.1) -> RecordingStage:
+    def draw(self, after_s: float = 0.1) -> RecordingStreams:
         self.sample.at_s += after_s
-        self.streams.forget()
+        self.streams.clear()
         self.dashboard.draw(self.streams, self.sample.at_s)
         return self.streams
 
@@ -139,7 +139,7 @@ def test_news_are_taken_in_order(show: Performance) -> None:
     show.draw(1.0)
     said = [drawing.parts["text"].to_pylist()[0] for drawing in show.streams.drawings
             if drawing.path == "/log/presence"]  # fmt: skip
-    assert [text.rpartition(" ")[2] for text in said] == ["here", "gone", "here"]
+    assert [text.rpartition(" ")[2] for text in said] == ["online", "offline", "online"]
 
 
 def test_rates_are_counted_whatever_tab_is_looked_at(show: Performance) -> None:
@@ -148,7 +148,7 @@ def test_rates_are_counted_whatever_tab_is_looked_at(show: Performance) -> None:
     for second in range(8):
         show.sample.state(0, matings=second)
         show.draw(1.0)
-    samples = show.dashboard.view.colonies["blue"].samples
+    samples = show.dashboard.view.colonies["blue"].rates.samples
     assert len(samples) == pytest.approx(8, abs=1)
     assert show.streams.scalars("/life/rates/matings_blue") == [[pytest.approx(60.0)]]
 
@@ -161,7 +161,7 @@ def test_who_is_gone_for_long_is_forgotten(show: Performance) -> None:
     assert len(show.sample.monitor.robots) == 2
     streams = show.draw(FORGET_S + 2.0)
     assert show.sample.monitor.robots == {}
-    assert streams.text("/network/robots") == "Nobody is on the network yet."
+    assert streams.text("/network/robots") == "No robot is on the network yet."
 
 
 def test_a_colony_that_has_fallen_silent_is_not_drawn_again_and_again(show: Performance) -> None:
@@ -171,7 +171,7 @@ def test_a_colony_that_has_fallen_silent_is_not_drawn_again_and_again(show: Perf
         show.draw(1.0)
     paths = [path for _ in range(300) for path in show.draw(0.1).paths()]
     assert not [path for path in paths if path.startswith("/arena/world")]
-    for picture in ("/network/sees", "/lineage/family", "/evolution/potential/mating"):
+    for picture in ("/network/peer_matrix", "/lineage/family", "/evolution/potential/mating"):
         assert paths.count(picture) == 2
     assert len(paths) < 30 * 30
 
@@ -248,4 +248,4 @@ def test_no_nonsense_stops_it(data: st.DataObject) -> None:
     show.draw(1.0)
     streams = show.draw(1.0)
     assert streams.shown("/arena/world/robots", "positions") == [[-0.5, 0.0], [0.5, 0.0]]
-    assert "2 robots alive" in streams.text("/arena/now")
+    assert "2 robots online" in streams.text("/arena/now")

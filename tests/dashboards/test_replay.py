@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 import pytest
-from crcolony_dashboards.replay import REPLAY, run_replay
+from crcolony_dashboards.replay import REPLAY_FILE, run_replay
 from rerun.chunk import RrdReader
 
 from crcolony.protocol.identity import seeded
@@ -99,7 +99,7 @@ def test_what_was_recorded_is_seen_as_it_would_have_been(
         recording.add(sample)
     assert recording.close() is None
     run_replay(tmp_path / "watched", None, WINDOWS)
-    again = tmp_path / "watched" / REPLAY
+    again = tmp_path / "watched" / REPLAY_FILE
     lived, seen = (
         {row["sim"]: row["Points2D:positions"] for row in places(of)} for of in (rrd, again)
     )
@@ -120,7 +120,7 @@ def test_of_a_run_in_real_time_that_nobody_watched_its_history_is_shown(
     robots = [seeded("others", 10, number).id.hex() for number in range(4)]
     (copy / "run.json").write_text(json.dumps({**message, "robots": robots}))
     run_replay(copy, None, WINDOWS)
-    rrd = copy / REPLAY
+    rrd = copy / REPLAY_FILE
     assert len(moving(rrd, "/evolution/matings/colony")) == 3
     assert moving(rrd, "/lineage/family")
     assert not places(rrd)
@@ -134,7 +134,7 @@ def test_a_run_that_comes_out_otherwise_is_filmed_and_said(folder: Path, tmp_pat
     (copy / "run.json").write_text(json.dumps({**message, "history_hash": "00" * 16}))
     with pytest.raises(HistoryDiffersError, match="lived again"):
         run_replay(copy, None, WINDOWS)
-    assert moving(copy / REPLAY, "/evolution/matings/colony")
+    assert moving(copy / REPLAY_FILE, "/evolution/matings/colony")
 
 
 def test_what_cannot_be_heard_leaves_no_film(tmp_path: Path) -> None:

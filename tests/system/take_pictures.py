@@ -10,7 +10,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from crcolony_dashboards.rerun_check import check_rerun
+from crcolony_dashboards.preconditions import check_rerun
 from PIL import Image
 
 from crcolony.config import load

@@ -26,12 +26,12 @@ def test_without_a_colony_it_says_so_and_shows_the_one_that_comes(tmp_path: Path
     """It looks on; when robots come it says whom it watches, and when they are gone it looks again."""
     with colony(tmp_path) as made:
         dashboard = start(made, *QUICK)
-        dashboard.wait_for("no colony on the network yet; looking")
+        dashboard.wait_for("no colony on the network yet; waiting")
         made.arena(2, "--hz", "20")
         robot = made.robot()
         dashboard.wait_for("watching colony")
         robot.stop()
-        dashboard.wait_for("nobody is there any more; looking")
+        dashboard.wait_for("no colony on the network any more; waiting")
         dashboard.stop()
 
 
@@ -84,7 +84,7 @@ def test_nonsense_on_the_network_is_counted_and_shown_to_nobody(tmp_path: Path) 
     with colony(tmp_path) as made:
         made.arena(2, "--hz", "20")
         dashboard = start(made, "--out", str(tmp_path / "watched"))
-        dashboard.wait_for("no colony on the network yet; looking")
+        dashboard.wait_for("no colony on the network yet; waiting")
         of = ColonyKeys("colony")
         with open_session(NetworkSettings(connect=(made.endpoint,))) as session:
             for key in (of.state(bytes(16)), of.event(bytes(16)), "crcolony/1/arena/arena/scene"):

@@ -1,11 +1,9 @@
-"""What happens in a colony, in words for the log."""
+"""Status changes of a colony as lines of the log."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 from crcolony.evolution.history import Died, TurnedOver
-from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import EncounterOutcome, EventMessage, Exchanged, Fault
 from crcolony.telemetry.status_changes import (
     ArenaJoined,
@@ -16,83 +14,72 @@ from crcolony.telemetry.status_changes import (
     RobotRestarted,
     StatusChange,
 )
+from crcolony_dashboards.view_model.naming import NameLookup, agent_number
 
 Level = Literal["INFO", "WARN", "ERROR"]
-Call = Callable[[RobotId], str]
-"""How a robot is called"""
+"""As Rerun's text log has them"""
 
 _OUTCOMES = {
-    "aborted": "was called off",
-    "expired": "came to nothing: no answer in time",
+    "aborted": "was aborted",
+    "expired": "expired: no reply in time",
     "refused": "was refused",
-    "orphaned": "is orphaned: the partner has not come back",
-    "doubt": "is in doubt: the partner has not said how it decided",
+    "orphaned": "is orphaned: the partner did not return",
+    "doubt": "is in doubt: the partner's decision is unknown",
     "resolved": "is resolved: the partner is back",
-    "storage": "failed: no room on the disk",
+    "storage": "failed: the disk is full",
 }
-"""What is said of an encounter; that one has mated or was busy is not"""
-_WORRYING = ("orphaned", "doubt", "storage")
+"""Outcomes that have a line; `mated` has its own event, and `busy` is too frequent"""
+_WARNINGS = ("orphaned", "doubt", "storage")
 
 
 @dataclass(frozen=True)
-class Line:
-    """A line of the log. Lines of one `kind` are thinned out when there are too many."""
+class LogLine:
+    """A line of the log. The number of lines of one `kind` is limited (`log_buffer.py`)."""
 
     kind: str
     text: str
     level: Level = "INFO"
 
 
-def in_words(changes: StatusChange, call: Call) -> Line | None:
-    """Say what has happened, or nothing where it is too ordinary."""
-    match changes:
+def format_change(change: StatusChange, name_of: NameLookup) -> LogLine | None:
+    """Return the line of a status change; None for the frequent ones, which have none."""
+    match change:
         case EventReceived(message=message):
-            return _event_in_words(message, call)
+            return _format_event(message, name_of)
         case RobotJoined(robot=robot):
-            return Line("presence", f"{call(robot)} is here")
+            return LogLine("presence", f"{name_of(robot)} is online")
         case RobotLeft(robot=robot):
-            return Line("presence", f"{call(robot)} is gone", "WARN")
+            return LogLine("presence", f"{name_of(robot)} is offline", "WARN")
         case RobotRestarted(robot=robot, incarnation=incarnation):
-            return Line("presence", f"{call(robot)} has begun anew: life {incarnation}", "WARN")
+            return LogLine(
+                "presence", f"{name_of(robot)} restarted: incarnation {incarnation}", "WARN"
+            )
         case ArenaJoined(arena=arena):
-            return Line("presence", f"arena {arena} is here")
+            return LogLine("presence", f"arena {arena} is online")
         case ArenaLeft(arena=arena):
-            return Line("presence", f"arena {arena} is gone", "WARN")
+            return LogLine("presence", f"arena {arena} is offline", "WARN")
     return None
 
 
-def _event_in_words(message: EventMessage, call: Call) -> Line | None:
-    me = call(message.robot)
+def _format_event(message: EventMessage, name_of: NameLookup) -> LogLine | None:
+    name = name_of(message.robot)
     match message.event:
         case Exchanged(encounter=encounter) as event:
             both = (encounter.initiator, encounter.responder)
-            partner = call(both[both[0] == message.robot])
+            partner = name_of(both[both[0] == message.robot])
             what = "conceived" if event.conceived else "did not conceive"
             what = "was too late to conceive" if event.too_late else what
-            return Line("mating", f"{me} mated with {partner} and {what}")
+            return LogLine("mating", f"{name} mated with {partner} and {what}")
         case Died(agent=agent):
-            return Line("death", f"{me}: agent {number_of(agent)} starved")
+            return LogLine("death", f"{name}: agent {agent_number(agent)} starved")
         case TurnedOver(generation=generation, offspring=offspring):
-            return Line(
-                "turnover", f"{me} begins generation {generation} from {offspring} offspring"
+            return LogLine(
+                "turnover", f"{name} starts generation {generation} from {offspring} offspring"
             )
         case EncounterOutcome(outcome=outcome, peer=peer, reason=reason) if outcome in _OUTCOMES:
             why = f" ({reason})" if reason else ""
-            text = f"{me}: the mating with {call(peer)} {_OUTCOMES[outcome]}{why}"
-            return Line("encounter", text, "WARN" if outcome in _WORRYING else "INFO")
+            text = f"{name}: the mating with {name_of(peer)} {_OUTCOMES[outcome]}{why}"
+            return LogLine("encounter", text, "WARN" if outcome in _WARNINGS else "INFO")
         case Fault(what=what):
-            return Line("fault", f"{me}: {what}", "ERROR")
+            return LogLine("fault", f"{name}: {what}", "ERROR")
     return None
-
-
-def number_of(agent: str) -> str:
-    """Return an agent's number in its robot."""
-    return agent.rpartition("/")[2]
-
-
-def robot_of(agent: str) -> RobotId:
-    """Return the robot that raised an agent; nobody's id if its name does not tell."""
-    try:
-        return bytes.fromhex(agent.partition("/")[0])
-    except ValueError:
-        return b""

@@ -7,17 +7,15 @@ import numpy as np
 import pytest
 from crcolony_dashboards.rerun_streams import Moment
 from crcolony_dashboards.tabs import palette
-from crcolony_dashboards.tabs.evolution import EvolutionTab, potential
-from hypothesis import given
-from hypothesis import strategies as st
+from crcolony_dashboards.tabs.agent_potentials import potential
+from crcolony_dashboards.tabs.evolution import EvolutionTab
 
 from crcolony.body.settings import CyberRodent
-from crcolony.learning.features import NormalizedRBF, grid_axis, grid_rbf_value
 from crcolony.protocol.identity import RobotId
 from crcolony.robot.genes import META_PARAMETERS, agent_schema
 from crcolony.robot.settings import Heredity, Learning
 from crcolony.telemetry.peer_settings import Mind
-from tests.support.drawn import Drawing, RecordingStage, Show
+from tests.support.drawn import Drawing, RecordingStreams, TabHarness
 from tests.support.fake_telemetry import IDS, SCHEMA, SETTINGS, T, agent, born, lived
 
 RNG = np.random.default_rng(1)
@@ -26,15 +24,15 @@ GENES = [SCHEMA.random(RNG) for _ in range(200)]
 
 
 @pytest.fixture
-def show() -> Show:
+def show() -> TabHarness:
     """Two robots that have told how their genes are read."""
-    show = Show(EvolutionTab())
+    show = TabHarness(EvolutionTab())
     show.sample.join(0, 1, generation=0)
     show.sample.about(0, 1)
     return show
 
 
-def live(show: Show, number: int, agents: int = 3, robots: tuple[int, ...] = (0, 1)) -> None:
+def live(show: TabHarness, number: int, agents: int = 3, robots: tuple[int, ...] = (0, 1)) -> None:
     """Let robots live a whole generation, and begin the next; the more a robot's number the more its agents mate."""
     for robot in robots:
         names = [agent(robot, 100 * number + k) for k in range(agents)]
@@ -48,14 +46,14 @@ def live(show: Show, number: int, agents: int = 3, robots: tuple[int, ...] = (0,
     show.sample.pass_s(0.5)
 
 
-def drawn(streams: RecordingStage, path: str) -> list[Drawing]:
+def drawn(streams: RecordingStreams, path: str) -> list[Drawing]:
     return [drawing for drawing in streams.drawings if drawing.path == path]
 
 
 class TestMeasures:
     """What the agents of a generation did, in the mean, with its spread."""
 
-    def test_a_generation_appears_once(self, show: Show) -> None:
+    def test_a_generation_appears_once(self, show: TabHarness) -> None:
         """When it is over, with mean and variance of all its agents."""
         assert "/evolution/matings/blue" not in show.draw(1.0).paths()
         live(show, 0)
@@ -70,7 +68,7 @@ class TestMeasures:
         for _ in range(30):
             assert not any("matings" in path or "genes" in path for path in show.draw(1.0).paths())
 
-    def test_it_stands_where_it_ended(self, show: Show) -> None:
+    def test_it_stands_where_it_ended(self, show: TabHarness) -> None:
         """On every timeline; whoever hears of it later draws it there all the same."""
         show.sample.scene((0, 0.0, 0.0), tick=9_000)
         for robot in (0, 1):
@@ -85,7 +83,9 @@ class TestMeasures:
         assert moments == [Moment(T - 300.0, 1_000.0, 0), Moment(T - 299.0, 1_020.0, 1)]
 
     @pytest.mark.parametrize(("tick", "sim_s"), [(2**60, 20.0), (50, 10.0), (-7, 0.0)])
-    def test_no_generation_ends_in_the_future(self, show: Show, tick: int, sim_s: float) -> None:
+    def test_no_generation_ends_in_the_future(
+        self, show: TabHarness, tick: int, sim_s: float
+    ) -> None:
         """Nor before the beginning, whatever a robot's clock says."""
         show.sample.scene(tick=100)
         show.sample.tell(0, lived(agent(0, 0), tick=tick), told_s=T + 1e9)
@@ -94,7 +94,7 @@ class TestMeasures:
         (drawing,) = drawn(streams, "/evolution/matings/blue")
         assert drawing.moment == Moment(show.sample.at_s, sim_s, 0)
 
-    def test_colonies_have_colours_of_their_own(self, show: Show) -> None:
+    def test_colonies_have_colours_of_their_own(self, show: TabHarness) -> None:
         """Which they keep when others come whose names are before theirs."""
         live(show, 0)
         blue = show.draw(1.0).colours("/evolution/matings/blue")
@@ -110,7 +110,7 @@ class TestMeasures:
 class TestGenes:
     """How meta-parameters are distributed."""
 
-    def test_clouds_and_medians_are_of_the_genes(self, show: Show) -> None:
+    def test_clouds_and_medians_are_of_the_genes(self, show: TabHarness) -> None:
         """Every agent a point, of a few; lines are named once."""
         live(show, 0)
         streams = show.draw(1.0)
@@ -127,14 +127,14 @@ class TestGenes:
         live(show, 1)
         assert not any(drawing.is_static for drawing in show.draw(1.0).drawings)
 
-    def test_of_many_agents_some_are_points(self, show: Show) -> None:
+    def test_of_many_agents_some_are_points(self, show: TabHarness) -> None:
         """As many as there is room for, evenly."""
         live(show, 0, agents=90)
         path = "/evolution/genes/mating/alpha/blue"
         (points,) = show.draw(1.0).scalars(path)
         assert sum(not math.isnan(point) for point in points) == 60
 
-    def test_the_selector_is_drawn_in_the_mean(self, show: Show) -> None:
+    def test_the_selector_is_drawn_in_the_mean(self, show: TabHarness) -> None:
         """Of all agents."""
         live(show, 0)
         mean = np.mean([GENES[robot + 2 * k][:4] for robot in (0, 1) for k in range(3)], axis=0)
@@ -145,7 +145,7 @@ class TestGenes:
         other = json.loads(SETTINGS)
         other["learning"]["potential_distances"] = 3
         for message in (None, json.dumps(other)):
-            show = Show(EvolutionTab())
+            show = TabHarness(EvolutionTab())
             show.sample.join(0, generation=0)
             if message is not None:
                 show.sample.about(0, settings=message)
@@ -156,54 +156,18 @@ class TestGenes:
             assert streams.entities("/evolution/potential/") == []
 
 
-def mind(distances: int, bearings: int, range_m: float, half_angle_rad: float) -> Mind:
-    body = CyberRodent(camera_range_m=range_m, camera_half_angle_rad=half_angle_rad)
-    learning = Learning(potential_distances=distances, potential_bearings=bearings)
-    return Mind(body, learning, Heredity())
-
-
-@given(
-    st.integers(1, 6), st.integers(1, 6), st.floats(0.1, 10.0), st.floats(0.1, 3.0),
-    st.integers(0, 2**32),
-)  # fmt: skip
-def test_a_potential_is_that_by_which_the_robot_is_rewarded(
-    distances: int, bearings: int, range_m: float, half_angle_rad: float, seed: int
-) -> None:
-    """As the compiled step computes it, and the network by definition, of distance and of the size of the bearing."""
-    weights = np.random.default_rng(seed).normal(size=(distances, bearings))
-    picture = potential(mind(distances, bearings, range_m, half_angle_rad), weights)
-    assert picture.shape == (61, 61)
-    assert picture == pytest.approx(picture[:, ::-1])
-    axes = (grid_axis(0.0, range_m, distances), grid_axis(0.0, half_angle_rad, bearings))
-    (centres_m, width_m), (centres_rad, width_rad) = axes
-    scratch = np.empty(distances), np.empty(bearings)
-    network = NormalizedRBF.grid(
-        np.zeros(2), np.array([range_m, half_angle_rad]), np.array([distances, bearings])
-    )
-    for row, column in ((0, 0), (0, 30), (60, 60), (17, 41), (44, 5)):
-        distance_m, bearing_rad = range_m * row / 60, abs(half_angle_rad * (column - 30) / 30)
-        value = grid_rbf_value(
-            distance_m, bearing_rad, centres_m, width_m, centres_rad, width_rad,
-            weights.ravel(), *scratch,
-        )  # fmt: skip
-        assert picture[row, column] == pytest.approx(value, abs=1e-9)
-        _, features = network(np.array([distance_m, bearing_rad]))
-        assert picture[row, column] == pytest.approx(features @ weights.ravel(), abs=1e-9)
-
-
 class TestAgent:
     """One agent: the best of the last generation, or who was asked for."""
 
-    def test_the_best_is_drawn_when_it_is_another(self, show: Show) -> None:
+    def test_the_best_is_drawn_when_it_is_another(self, show: TabHarness) -> None:
         """Its potentials, far above near, and in words; not again as long as it is the same."""
         live(show, 0)
         streams = show.draw(1.0)
         best = GENES[(1 + 2 * 2) % 200]
         weights = best[4 + 5 : 4 + 5 + 16].reshape(4, 4)
         picture = streams.picture("/evolution/potential/foraging")
-        expected = palette.heat(
-            potential(mind(4, 4, 1.5, CyberRodent().camera_half_angle_rad), weights)
-        )
+        mind = Mind(CyberRodent(camera_range_m=1.5), Learning(), Heredity())
+        expected = palette.heat_map(potential(mind, weights))
         assert np.array_equal(picture, expected[::-1])
         axes = "/evolution/potential/foraging/axes"
         labels, marks = streams.shown(axes, "labels"), streams.shown(axes, "positions")
@@ -216,7 +180,7 @@ class TestAgent:
         live(show, 1)
         assert show.draw(1.0).text("/evolution/agent").startswith("**Agent 102 of #1**")
 
-    def test_before_any_generation_is_over_somebody_stands_for_all(self, show: Show) -> None:
+    def test_before_any_generation_is_over_somebody_stands_for_all(self, show: TabHarness) -> None:
         """One whose birth was heard of, and nobody else until there is a best one."""
         assert "/evolution/agent" not in show.draw(1.0).paths()
         for robot in (0, 1):
@@ -229,7 +193,7 @@ class TestAgent:
 
     def test_who_was_asked_for_is_drawn(self) -> None:
         """As soon as it is known, whoever is better."""
-        show = Show(EvolutionTab(agent(0, 1)))
+        show = TabHarness(EvolutionTab(agent(0, 1)))
         show.sample.join(0, 1, generation=0)
         show.sample.about(0, 1)
         live(show, 0)
@@ -237,7 +201,7 @@ class TestAgent:
         live(show, 1)
         assert "/evolution/agent" not in show.draw(1.0).paths()
 
-    def test_it_is_said_what_an_agent_has_inherited(self, show: Show) -> None:
+    def test_it_is_said_what_an_agent_has_inherited(self, show: TabHarness) -> None:
         """Meta-parameters of both modules, how high its potentials are, and its selector."""
         live(show, 0)
         text = show.draw(1.0).text("/evolution/agent")
@@ -254,13 +218,13 @@ class TestAgent:
         """And throws nobody."""
         blind = json.loads(SETTINGS)
         blind["body"][sense] = 0.0 if sense == "camera_half_angle_rad" else 1e-320
-        show = Show(EvolutionTab())
+        show = TabHarness(EvolutionTab())
         show.sample.join(0, generation=0)
         show.sample.about(0, settings=json.dumps(blind))
         live(show, 0, robots=(0,))
         assert show.draw(1.0).entities("/evolution/potential/") == []
 
-    def test_genes_as_large_as_they_get_are_drawn(self, show: Show) -> None:
+    def test_genes_as_large_as_they_get_are_drawn(self, show: TabHarness) -> None:
         """Somebody may have made them up."""
         show.sample.tell(0, born(agent(0, 5), 0, [1e9, -1e9] * (len(SCHEMA) // 2)))
         show.sample.state(0, generation=0, agent=agent(0, 5))

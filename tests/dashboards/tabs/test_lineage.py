@@ -4,7 +4,7 @@ import pytest
 from crcolony_dashboards.tabs import palette
 from crcolony_dashboards.tabs.lineage import LineageTab
 
-from tests.support.drawn import RecordingStage, Show
+from tests.support.drawn import RecordingStreams, TabHarness
 from tests.support.fake_telemetry import IDS, agent, born
 
 FAMILY, FOUNDERS = "/lineage/family", "/lineage/founders/"
@@ -12,13 +12,15 @@ Places = dict[str, tuple[float, float]]
 
 
 @pytest.fixture
-def show() -> Show:
-    show = Show(LineageTab())
+def show() -> TabHarness:
+    show = TabHarness(LineageTab())
     show.sample.join(0, 1, generation=0)
     return show
 
 
-def bear(show: Show, robot: int, generation: int, agents: int = 4, colony: str = "blue") -> None:
+def bear(
+    show: TabHarness, robot: int, generation: int, agents: int = 4, colony: str = "blue"
+) -> None:
     """Let a robot bear a generation, of the mothers at the same places, and the fathers next to them."""
     for k in range(agents):
         parents = {}
@@ -29,7 +31,7 @@ def bear(show: Show, robot: int, generation: int, agents: int = 4, colony: str =
         show.sample.tell(robot, born(name, generation, [float(k)], **parents), colony=colony)
 
 
-def places(streams: RecordingStage) -> Places:
+def places(streams: RecordingStreams) -> Places:
     names = streams.shown(FAMILY, "node_ids")
     where = streams.shown(FAMILY, "positions")
     return {name: (x, y) for name, (x, y) in zip(names, where, strict=True)}
@@ -38,7 +40,7 @@ def places(streams: RecordingStage) -> Places:
 class TestFamily:
     """Who was born of whom."""
 
-    def test_nodes_are_agents_and_edges_go_from_parents(self, show: Show) -> None:
+    def test_nodes_are_agents_and_edges_go_from_parents(self, show: TabHarness) -> None:
         """To their children, where both are shown."""
         bear(show, 0, 0, 2)
         bear(show, 0, 1, 2)
@@ -50,7 +52,7 @@ class TestFamily:
         assert edges == {(parent, child) for parent in mothers for child in children}
         assert set(streams.shown(FAMILY, "labels")) == {"0", "1", "100", "101"}
 
-    def test_it_is_drawn_when_it_has_grown(self, show: Show) -> None:
+    def test_it_is_drawn_when_it_has_grown(self, show: TabHarness) -> None:
         """Every two seconds at most, and not again without a birth."""
         assert show.draw(2.0).paths() == []
         bear(show, 0, 0)
@@ -63,7 +65,7 @@ class TestFamily:
             drawn += show.draw(0.25).times(FAMILY)
         assert drawn == pytest.approx(5, abs=1)
 
-    def test_everybody_keeps_their_place(self, show: Show) -> None:
+    def test_everybody_keeps_their_place(self, show: TabHarness) -> None:
         """In a small colony, whoever else is born or gone."""
         bear(show, 1, 0)
         seen = places(show.draw(2.0))
@@ -78,7 +80,9 @@ class TestFamily:
             show.sample.go(generation % 2)
         assert len(set(seen.values())) == len(seen)
 
-    def test_robots_stand_side_by_side_and_generations_below_each_other(self, show: Show) -> None:
+    def test_robots_stand_side_by_side_and_generations_below_each_other(
+        self, show: TabHarness
+    ) -> None:
         """In the order of robots' numbers."""
         for generation in range(2):
             for robot in (1, 0):
@@ -90,7 +94,7 @@ class TestFamily:
         assert [x for x, _ in below] == columns
         assert {y for _, y in where.values()} == {0.0, 200.0}
 
-    def test_no_two_stand_in_one_place(self, show: Show) -> None:
+    def test_no_two_stand_in_one_place(self, show: TabHarness) -> None:
         """Agents of robots that are forgotten neither; nor in a colony of many robots."""
         for robot in (2, 3):
             show.sample.tell(robot, born(agent(robot, 0)))
@@ -107,7 +111,7 @@ class TestFamily:
         assert len(set(where.values())) == len(where) > 60
         assert max(x for x, _ in where.values()) < 22.0 * 160
 
-    def test_colours_are_those_of_the_founders(self, show: Show) -> None:
+    def test_colours_are_those_of_the_founders(self, show: TabHarness) -> None:
         """Of most of an agent's genes."""
         bear(show, 0, 0, 2)
         show.sample.tell(0, born(agent(0, 100), 1, [1.0], mother=agent(0, 0), father=agent(0, 1)))
@@ -116,7 +120,7 @@ class TestFamily:
         assert colours[agent(0, 0)] == palette.founder_colour(0)
         assert colours[agent(0, 1)] == colours[agent(0, 100)] == palette.founder_colour(1)
 
-    def test_of_many_births_the_last_are_shown(self, show: Show) -> None:
+    def test_of_many_births_the_last_are_shown(self, show: TabHarness) -> None:
         """Not more than a person can look at."""
         for generation in range(20):
             bear(show, 0, generation, 30)
@@ -125,7 +129,7 @@ class TestFamily:
         assert agent(0, 1929) in shown
         assert agent(0, 0) not in shown
 
-    def test_several_colonies_share_the_picture(self, show: Show) -> None:
+    def test_several_colonies_share_the_picture(self, show: TabHarness) -> None:
         """And each has lines of its own."""
         show.sample.join(2, colony="red")
         bear(show, 0, 0)
@@ -139,7 +143,7 @@ class TestFamily:
 class TestFounders:
     """How much of the colony goes back to whom."""
 
-    def test_shares_are_drawn_as_lines(self, show: Show) -> None:
+    def test_shares_are_drawn_as_lines(self, show: TabHarness) -> None:
         """With the founder's name and colour; all of them together are the whole colony."""
         bear(show, 0, 0, 2)
         bear(show, 1, 0, 2)
@@ -152,7 +156,7 @@ class TestFounders:
         assert streams.shown(line, "names") == ["#0 agent 0"]
         assert streams.colours(line) == [palette.founder_colour(0)]
 
-    def test_a_founder_that_has_died_out_comes_down_to_nothing(self, show: Show) -> None:
+    def test_a_founder_that_has_died_out_comes_down_to_nothing(self, show: TabHarness) -> None:
         """Its line does not end above it."""
         bear(show, 0, 0, 2)
         show.draw(2.0)
@@ -161,7 +165,7 @@ class TestFounders:
         assert streams.scalars(f"{FOUNDERS}blue_{IDS[0].hex()}_1") == [[0.0]]
         assert streams.scalars(f"{FOUNDERS}blue_{IDS[0].hex()}_0") == [[1.0]]
 
-    def test_founders_with_small_shares_are_drawn_together(self, show: Show) -> None:
+    def test_founders_with_small_shares_are_drawn_together(self, show: TabHarness) -> None:
         """Until one of them has grown; whoever has a line keeps it, but there are not many."""
         bear(show, 0, 0, 200)
         streams = show.draw(2.0)
@@ -176,7 +180,7 @@ class TestFounders:
         assert streams.entities(FOUNDERS) == [f"blue_{IDS[0].hex()}_3", "blue_others"]
         assert streams.scalars(others) == [[pytest.approx(1.0 - 151 / 300)]]
 
-    def test_lines_are_few(self, show: Show) -> None:
+    def test_lines_are_few(self, show: TabHarness) -> None:
         """Whoever comes later than the first two dozen is one of the others."""
         for generation in range(60):
             show.sample.tell(0, born(f"{IDS[0].hex()}/{generation}", generation))
@@ -184,7 +188,7 @@ class TestFounders:
         assert len(show.streams.entities(FOUNDERS)) == 24 + 1
         assert show.streams.scalars(f"{FOUNDERS}blue_others") == [[1.0]]
 
-    def test_lines_are_named_once(self, show: Show) -> None:
+    def test_lines_are_named_once(self, show: TabHarness) -> None:
         """However often they are drawn."""
         for generation in range(3):
             bear(show, 0, generation, 2)

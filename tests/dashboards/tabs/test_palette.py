@@ -59,14 +59,14 @@ def test_lines_of_one_plot_are_told_apart() -> None:
 
 def test_nobody_has_no_colours() -> None:
     """In the shape that Rerun takes."""
-    assert palette.colours([]).shape == palette.energy_colours([]).shape == (0, 3)
-    assert palette.colours(iter([(1, 2, 3)])).tolist() == [[1, 2, 3]]
+    assert palette.colour_array([]).shape == palette.energy_colours([]).shape == (0, 3)
+    assert palette.colour_array(iter([(1, 2, 3)])).tolist() == [[1, 2, 3]]
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=20))
 def test_heat_goes_from_dark_to_bright(values: list[float]) -> None:
     """Higher values are never darker, but for what is rounded; where all are equal no colour is an end."""
-    shades = palette.heat(np.array(values)).astype(int).sum(axis=-1)
+    shades = palette.heat_map(np.array(values)).astype(int).sum(axis=-1)
     ordered = shades[np.argsort(values)]
     assert all(later >= earlier - 3 for earlier, later in itertools.pairwise(ordered))
     if max(values) - min(values) > 1e-3:

@@ -3,7 +3,7 @@
 import string
 
 import rerun as rr
-from crcolony_dashboards.tabs.tab import safe
+from crcolony_dashboards.tabs.tab import entity_name
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -13,13 +13,13 @@ NAMES = st.text(string.ascii_letters + string.digits + "_.-", min_size=1, max_si
 
 def test_a_robots_name_can_be_read_in_its_path() -> None:
     """With its colony or without."""
-    assert safe("#7") == "robot_7"
-    assert safe("blue #7") == "blue_robot_7"
-    assert safe("0123abcd/17") == "0123abcd_17"
+    assert entity_name("#7") == "robot_7"
+    assert entity_name("blue #7") == "blue_robot_7"
+    assert entity_name("0123abcd/17") == "0123abcd_17"
 
 
 @given(NAMES, NAMES)
 def test_colonies_have_paths_of_their_own(one: str, other: str) -> None:
     """That Rerun takes as they are."""
-    assert (safe(one) == safe(other)) == (one == other)
-    assert rr.new_entity_path([safe(one)]) == f"/{safe(one)}"
+    assert (entity_name(one) == entity_name(other)) == (one == other)
+    assert rr.new_entity_path([entity_name(one)]) == f"/{entity_name(one)}"

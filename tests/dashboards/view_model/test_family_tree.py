@@ -132,7 +132,7 @@ class TestFounders:
         """And a birth that is heard again is none."""
         made = family(born(A), born(C), born(A), born(B))
         assert made.founders == [A, C, B]
-        assert (made.changes, len(made)) == (3, 3)
+        assert (made.births, len(made)) == (3, 3)
 
     def test_the_earliest_ancestor_that_was_heard_of_is_one(self) -> None:
         """Of a child of unknown parents the mother; she is the founder of all her children."""
@@ -194,7 +194,7 @@ class TestPlaces:
         for birth in births:
             made.add_birth(bytes.fromhex(birth.agent[:32]), birth)
         members = [made[birth.agent] for birth in births]
-        places = Counter((m.robot, m.generation, m.place) for m in members if m)
+        places = Counter((m.robot, m.generation, m.index) for m in members if m)
         assert set(places) == {(IDS[r], g, k) for r in range(2) for g in range(3) for k in range(3)}
         assert set(places.values()) == {1}
 
@@ -245,7 +245,7 @@ class TestLimits:
         assert made["x/0"] is None
         assert made["x/1999"] is not None
         assert sum(len(members) for _, members in made._living.values()) <= 50
-        assert len(made._places) <= 50
+        assert len(made._sizes) <= 50
 
     def test_founders_without_end_count_as_the_last(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """The first are told apart for good."""

@@ -76,7 +76,7 @@ def test_mean_and_spread_are_those_of_all_agents(
             made.add_birth(IDS[ME], event)
         else:
             made.add_mating(event)
-    generation = only(made.take_ended({}, T + 1_000.0 + PATIENCE_S))
+    generation = only(made.pop_ended({}, T + 1_000.0 + PATIENCE_S))
     for place, name in enumerate(("matings", "captures", "energy", "conceptions")):
         values = np.array([float(life[place]) for life in lives])
         low, high = np.quantile(values, [0.1, 0.9])
@@ -102,7 +102,7 @@ def test_conceptions_are_counted_for_who_conceived() -> None:
         made.add_mating(mated(ME, PEER, k, agent=agent(PEER, 7), conceived=theirs))
     made.add_lifetime(lived(agent(ME, 7)), T, T)
     made.add_lifetime(lived(agent(PEER, 7)), T, T)
-    message = only(made.take_ended({}, T + PATIENCE_S)).conceptions
+    message = only(made.pop_ended({}, T + PATIENCE_S)).conceptions
     assert (message.mean, message.low, message.high) == pytest.approx((1.5, 1.1, 1.9))
 
 
@@ -112,7 +112,7 @@ def test_the_best_mates_most_and_of_equals_captures_most() -> None:
     for k, (matings, captures, energy) in enumerate([(2, 9, 0.1), (3, 1, 0.9), (3, 2, 0.1)]):
         life = lived(agent(ME, k), matings=matings, captures=captures, energy=energy)
         made.add_lifetime(life, T, T)
-    generation = only(made.take_ended({}, T + PATIENCE_S))
+    generation = only(made.pop_ended({}, T + PATIENCE_S))
     assert (generation.best, generation.best_genes) == (agent(ME, 2), None)
     assert generation.genotypes.shape == (0, 0)
 
@@ -136,11 +136,11 @@ class TestEnd:
         """Not before the last robot has turned over; then at once, and once."""
         made = Generations()
         turn_over(made, ME, 0)
-        assert made.take_ended(present(1, 0), T + 0.1) == []
+        assert made.pop_ended(present(1, 0), T + 0.1) == []
         turn_over(made, PEER, 0)
-        generation = only(made.take_ended(present(1, 1), T + 0.2))
+        generation = only(made.pop_ended(present(1, 1), T + 0.2))
         assert (generation.number, generation.agents) == (0, 4)
-        assert made.take_ended(present(1, 1), T + 1_000.0) == []
+        assert made.pop_ended(present(1, 1), T + 1_000.0) == []
 
     @pytest.mark.parametrize(
         ("generations", "is_over"), [((1, 1, 0, 0), True), ((1, 0, 0, 0), False), ((), True)]
@@ -152,18 +152,18 @@ class TestEnd:
         made = Generations()
         turn_over(made, ME, 0)
         turn_over(made, PEER, 0)
-        assert made.take_ended(present(*generations), T + PATIENCE_S - 0.1) == []
-        assert numbers(made.take_ended(present(*generations), T + PATIENCE_S)) == [0] * is_over
+        assert made.pop_ended(present(*generations), T + PATIENCE_S - 0.1) == []
+        assert numbers(made.pop_ended(present(*generations), T + PATIENCE_S)) == [0] * is_over
 
     def test_who_tells_late_does_not_begin_it_anew(self) -> None:
         """Nor any generation before it."""
         made = Generations()
         turn_over(made, ME, 0)
         turn_over(made, ME, 1)
-        assert numbers(made.take_ended(present(2), T)) == [0, 1]
+        assert numbers(made.pop_ended(present(2), T)) == [0, 1]
         turn_over(made, LATE, 0)
         turn_over(made, LATE, 1)
-        assert made.take_ended(present(2), T + 1_000.0) == []
+        assert made.pop_ended(present(2), T + 1_000.0) == []
         assert made.last == 1
 
     def test_generations_end_in_order(self) -> None:
@@ -172,7 +172,7 @@ class TestEnd:
         turn_over(made, ME, 3)
         turn_over(made, ME, 4)
         made.add_lifetime(lived(agent(LATE, 1), 3), T, T + 9.0)
-        ended = made.take_ended(present(5, 3), T + PATIENCE_S)
+        ended = made.pop_ended(present(5, 3), T + PATIENCE_S)
         assert numbers(ended) == [3, 4]
         assert [generation.agents for generation in ended] == [3, 2]
 
@@ -182,7 +182,7 @@ class TestEnd:
         for robot in range(4):
             for number in range(3):
                 turn_over(made, robot, number)
-                message += made.take_ended(present(3, 3, 3, 3), T + robot)
+                message += made.pop_ended(present(3, 3, 3, 3), T + robot)
         assert numbers(message) == [0, 1, 2]
         assert [generation.agents for generation in message] == [8, 8, 8]
 
@@ -191,14 +191,14 @@ class TestEnd:
         made = Generations()
         turn_over(made, ME, 3)
         made.add_birth(IDS[LATE], born(agent(LATE, 0), 4))
-        assert made.take_ended(present(4, 4), T + 1.0) == []
-        assert numbers(made.take_ended(present(4, 4), T + PATIENCE_S)) == [3]
+        assert made.pop_ended(present(4, 4), T + 1.0) == []
+        assert numbers(made.pop_ended(present(4, 4), T + PATIENCE_S)) == [3]
 
     def test_a_generation_that_lives_is_not_over(self) -> None:
         """However long nothing is heard of it."""
         made = Generations()
         made.add_lifetime(lived(agent(ME, 1), 3), T, T)
-        assert made.take_ended(present(3, 3), T + 1e6) == []
+        assert made.pop_ended(present(3, 3), T + 1e6) == []
 
 
 class TestLimits:
@@ -210,7 +210,7 @@ class TestLimits:
         for k in range(1_000):
             made.add_birth(IDS[ME], born(agent(ME, k), 0, [float(k)]))
             made.add_lifetime(lived(agent(ME, k)), T, T)
-        generation = only(made.take_ended({}, T + PATIENCE_S))
+        generation = only(made.pop_ended({}, T + PATIENCE_S))
         genes = generation.genotypes[:, 0]
         assert generation.agents == 1_000
         assert 300 < len(genes) <= 400
@@ -222,7 +222,7 @@ class TestLimits:
         for number in range(40):
             made.add_mating(mated(ME, PEER, agent=agent(ME, number), conceived=True))
             made.add_lifetime(lived(agent(ME, number), number), T, T)
-        ended = made.take_ended({}, T + PATIENCE_S)
+        ended = made.pop_ended({}, T + PATIENCE_S)
         assert numbers(ended) == list(range(24, 40))
         assert len(made._conceptions) == 0
 
@@ -240,7 +240,7 @@ class TestLimits:
         genes = made.genes_of(agent(ME, 20))
         assert genes is not None
         assert genes.tolist() == [20.0]
-        generation = only(made.take_ended({}, T + PATIENCE_S))
+        generation = only(made.pop_ended({}, T + PATIENCE_S))
         assert (generation.agents, generation.conceptions.mean) == (10, 0.0)
 
     def test_genes_of_another_kind_are_not_mixed(self) -> None:
@@ -249,5 +249,5 @@ class TestLimits:
         for k, genes in enumerate(([1.0, 2.0], [3.0], [4.0, 5.0])):
             made.add_birth(IDS[ME], born(agent(ME, k), 0, genes))
             made.add_lifetime(lived(agent(ME, k)), T, T)
-        generation = only(made.take_ended({}, T + PATIENCE_S))
+        generation = only(made.pop_ended({}, T + PATIENCE_S))
         assert generation.genotypes.tolist() == [[1.0, 2.0], [4.0, 5.0]]

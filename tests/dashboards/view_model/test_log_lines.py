@@ -3,7 +3,10 @@
 from typing import get_args
 
 import pytest
-from crcolony_dashboards.view_model.log_lines import Line, in_words, number_of, robot_of
+from crcolony_dashboards.view_model.log_lines import (
+    LogLine,
+    format_change,
+)
 
 from crcolony.evolution.history import Died, TurnedOver
 from crcolony.protocol.encounters import Outcome
@@ -25,40 +28,40 @@ def call(robot: bytes) -> str:
     return f"#{IDS.index(robot)}"
 
 
-def said(event: RobotEvent, robot: int = 0) -> Line | None:
-    return in_words(EventReceived(EventMessage(IDS[robot], 3, 1, 7, event)), call)
+def said(event: RobotEvent, robot: int = 0) -> LogLine | None:
+    return format_change(EventReceived(EventMessage(IDS[robot], 3, 1, 7, event)), call)
 
 
 @pytest.mark.parametrize(
     ("changes", "line"),
     [
-        (RobotJoined(IDS[1]), Line("presence", "#1 is here")),
-        (RobotLeft(IDS[1]), Line("presence", "#1 is gone", "WARN")),
-        (RobotRestarted(IDS[1], 4), Line("presence", "#1 has begun anew: life 4", "WARN")),
-        (ArenaJoined("lab"), Line("presence", "arena lab is here")),
-        (ArenaLeft("lab"), Line("presence", "arena lab is gone", "WARN")),
+        (RobotJoined(IDS[1]), LogLine("presence", "#1 is online")),
+        (RobotLeft(IDS[1]), LogLine("presence", "#1 is offline", "WARN")),
+        (RobotRestarted(IDS[1], 4), LogLine("presence", "#1 restarted: incarnation 4", "WARN")),
+        (ArenaJoined("lab"), LogLine("presence", "arena lab is online")),
+        (ArenaLeft("lab"), LogLine("presence", "arena lab is offline", "WARN")),
     ],
 )
-def test_who_comes_and_goes_is_said(changes: StatusChange, line: Line) -> None:
+def test_who_comes_and_goes_is_said(changes: StatusChange, line: LogLine) -> None:
     """Robots by how they are called, arenas by name; who goes is a warning."""
-    assert in_words(changes, call) == line
+    assert format_change(changes, call) == line
 
 
 @pytest.mark.parametrize(
     ("event", "line"),
     [
-        (mated(0, 1, conceived=True), Line("mating", "#0 mated with #1 and conceived")),
-        (mated(1, 0), Line("mating", "#0 mated with #1 and did not conceive")),
+        (mated(0, 1, conceived=True), LogLine("mating", "#0 mated with #1 and conceived")),
+        (mated(1, 0), LogLine("mating", "#0 mated with #1 and did not conceive")),
         (
             mated(0, 1, too_late=True),
-            Line("mating", "#0 mated with #1 and was too late to conceive"),
+            LogLine("mating", "#0 mated with #1 and was too late to conceive"),
         ),
-        (Died(9, 0, agent(0, 17)), Line("death", "#0: agent 17 starved")),
-        (TurnedOver(9, 0, 5, 7), Line("turnover", "#0 begins generation 5 from 7 offspring")),
-        (Fault(9, "no clock"), Line("fault", "#0: no clock", "ERROR")),
+        (Died(9, 0, agent(0, 17)), LogLine("death", "#0: agent 17 starved")),
+        (TurnedOver(9, 0, 5, 7), LogLine("turnover", "#0 starts generation 5 from 7 offspring")),
+        (Fault(9, "no clock"), LogLine("fault", "#0: no clock", "ERROR")),
     ],
 )
-def test_what_a_robot_does_is_said(event: RobotEvent, line: Line) -> None:
+def test_what_a_robot_does_is_said(event: RobotEvent, line: LogLine) -> None:
     """A mating with the partner, whoever of the two proposed it."""
     assert said(event) == line
 
@@ -83,17 +86,10 @@ def test_what_became_of_a_mating_is_said_unless_it_took_place() -> None:
 def test_a_reason_that_nobody_gave_is_not_said() -> None:
     """Nothing stands in brackets then."""
     line = said(EncounterOutcome(9, "refused", IDS[1], None, ""))
-    assert line == Line("encounter", "#0: the mating with #1 was refused")
+    assert line == LogLine("encounter", "#0: the mating with #1 was refused")
 
 
 @pytest.mark.parametrize("event", [met(1), born(agent(0, 1)), lived(agent(0, 1))])
 def test_what_happens_all_the_time_is_not_said(event: RobotEvent) -> None:
     """Meetings, births and lives."""
     assert said(event) is None
-
-
-def test_an_agents_name_tells_its_number_and_its_robot() -> None:
-    """A name that tells no robot is nobody's."""
-    assert number_of(agent(3, 17)) == "17"
-    assert robot_of(agent(3, 17)) == IDS[3]
-    assert (number_of("x"), robot_of("x")) == ("x", b"")

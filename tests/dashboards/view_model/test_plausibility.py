@@ -6,7 +6,7 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
-from crcolony_dashboards.view_model.plausibility import is_sound_event, is_sound_scene
+from crcolony_dashboards.view_model.plausibility import is_plausible_event, is_plausible_scene
 
 from crcolony.evolution.history import Born, Lived
 from crcolony.protocol.codec import WireError, encode
@@ -33,8 +33,8 @@ def pack(x_m: float, y_m: float) -> ScenePack:
 
 def test_what_an_arena_tells_is_sound() -> None:
     """With robots and packs, or without."""
-    assert is_sound_scene(scene())
-    assert is_sound_scene(scene(robots=[], packs=[]))
+    assert is_plausible_scene(scene())
+    assert is_plausible_scene(scene(robots=[], packs=[]))
 
 
 @pytest.mark.parametrize(
@@ -53,14 +53,14 @@ def test_an_arena_has_a_size_and_a_time_and_everything_in_it_a_place(
 ) -> None:
     """All of them numbers that a picture can show: others are no scene, or none that is drawn."""
     with pytest.raises(WireError) if "tick" not in changes else contextlib.nullcontext():
-        assert not is_sound_scene(decode_scene(encode(scene(**changes))))
+        assert not is_plausible_scene(decode_scene(encode(scene(**changes))))
 
 
 def test_what_a_robot_tells_is_sound() -> None:
     """Of a founder, of a child and of a life."""
-    assert is_sound_event(born(agent(0, 1), genes=[]))
-    assert is_sound_event(born(agent(0, 1), 7, [-3.0, 1e6], mother="a/0", father="a/1"))
-    assert is_sound_event(lived(agent(0, 1), 2**53 - 1))
+    assert is_plausible_event(born(agent(0, 1), genes=[]))
+    assert is_plausible_event(born(agent(0, 1), 7, [-3.0, 1e6], mother="a/0", father="a/1"))
+    assert is_plausible_event(lived(agent(0, 1), 2**53 - 1))
 
 
 @pytest.mark.parametrize(
@@ -84,4 +84,4 @@ def test_agents_have_short_names_a_generation_and_genes_that_are_numbers(
     event: Born | Lived,
 ) -> None:
     """Whoever tells of others tells nothing."""
-    assert not is_sound_event(event)
+    assert not is_plausible_event(event)

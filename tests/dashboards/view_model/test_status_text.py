@@ -1,7 +1,7 @@
 """How a colony is, in a few words that agree with what its robots say."""
 
 import pytest
-from crcolony_dashboards.view_model.status_text import hours_of, now_in_words
+from crcolony_dashboards.view_model.status_text import format_duration, format_status
 
 from crcolony.protocol.key_expressions import ArenaKeys
 from tests.support.fake_telemetry import FakeTelemetry
@@ -13,26 +13,26 @@ def sample() -> FakeTelemetry:
 
 
 def words(sample: FakeTelemetry) -> str:
-    return "\n".join(now_in_words(sample.view))
+    return "\n".join(format_status(sample.view))
 
 
 def test_nobody_is_looked_for(sample: FakeTelemetry) -> None:
     """As long as nothing at all was heard."""
-    assert "Looking for a colony" in words(sample)
+    assert "Waiting for a colony" in words(sample)
     sample.join(0)
-    assert "Looking" not in words(sample)
+    assert "Waiting" not in words(sample)
 
 
 def test_who_is_alive_and_who_is_gone_is_counted(sample: FakeTelemetry) -> None:
     """A robot that has just come is not gone, even before anybody has looked."""
     sample.join(0)
-    assert words(sample).startswith("### 1 robot alive\n")
+    assert words(sample).startswith("### 1 robot online\n")
     sample.come(1, 2)
-    assert words(sample).startswith("### 1 robot alive\n")
+    assert words(sample).startswith("### 1 robot online\n")
     sample.pass_s(0.5)
     sample.go(2)
     sample.pass_s(0.5)
-    assert words(sample).startswith("### 2 robots alive, 1 gone\n")
+    assert words(sample).startswith("### 2 robots online, 1 offline\n")
 
 
 def test_an_arena_tells_its_time_and_how_many_bodies_it_has(sample: FakeTelemetry) -> None:
@@ -42,10 +42,10 @@ def test_an_arena_tells_its_time_and_how_many_bodies_it_has(sample: FakeTelemetr
     sample.scene((0, 0.0, 0.0), (1, 0.5, 0.0), tick=18_305)
     sample.scene((0, 0.0, 0.0), arena="liar", period_s=float("nan"))
     sample.pass_s(0.5)
-    assert "- arena **lab**: 1:01:01 of its time, 2 bodies" in words(sample)
+    assert "- arena **lab**: time 1:01:01, 2 bodies" in words(sample)
     assert "liar" not in words(sample)
     sample.on_event("gone", ArenaKeys("lab").alive(7, "a"))
-    assert "- arena **lab** is gone" in words(sample)
+    assert "- arena **lab** is offline" in words(sample)
 
 
 def test_a_colony_is_summed_up(sample: FakeTelemetry) -> None:
@@ -82,7 +82,7 @@ def test_rates_are_said_once_they_are_known(sample: FakeTelemetry) -> None:
     sample.state(0, 1, matings=2, captures=3)
     sample.pass_s(0.5)
     sample.view.update_rates(sample.at_s)
-    assert "- in a robot's minute 3.93 matings, 5.90 batteries" in words(sample)
+    assert "- per robot and minute 3.93 matings, 5.90 batteries" in words(sample)
 
 
 @pytest.mark.parametrize(
@@ -90,4 +90,4 @@ def test_rates_are_said_once_they_are_known(sample: FakeTelemetry) -> None:
 )  # fmt: skip
 def test_a_time_is_hours_minutes_and_seconds(seconds: float, text: str) -> None:
     """Days are hours too."""
-    assert hours_of(seconds) == text
+    assert format_duration(seconds) == text

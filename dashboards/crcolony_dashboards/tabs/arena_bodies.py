@@ -97,6 +97,7 @@ def draw_robots(
 
     With the faces the ticks of the scenes are logged, so that a recording says which scenes a picture shows.
     """
+    import pyarrow as pa  # type: ignore[import-untyped]
     import rerun as rr
 
     is_labelled = len(markers.robots) <= _MAX_LABELS
@@ -118,7 +119,8 @@ def draw_robots(
         colors=[palette.INK],
         draw_order=22.0,
     )
-    ticks = np.array([scene.tick for scene in scenes], dtype=np.int64)
+    # Rerun refuses an empty array of numpy as being without a type
+    ticks = pa.array([scene.tick for scene in scenes], pa.int64())
     streams.log(f"{ROOT}/energy", rings)
     streams.log(f"{ROOT}/robots", faces, rr.AnyValues(tick=ticks))
     streams.log(f"{ROOT}/headings", headings)

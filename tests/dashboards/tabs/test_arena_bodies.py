@@ -87,6 +87,11 @@ class TestRobots:
         assert streams.shown(f"{ROOT}/robots", "show_labels") == [False]
         assert len(streams.shown(f"{ROOT}/robots", "positions")) == 41
 
+    def test_the_ticks_of_the_scenes_are_logged_with_the_robots(self, show: TabHarness) -> None:
+        """One for every arena, in their order: a recording says which scenes a picture shows."""
+        show.sample.scene((2, 0.0, 0.0), arena="attic", tick=7)
+        assert show.draw(0.1).shown(f"{ROOT}/robots", "tick") == [7, 1000]
+
     def test_packs_are_where_the_arena_says(self, show: TabHarness) -> None:
         """An empty one is dark; in a large arena they are larger."""
         show.sample.scene(packs=[(0.5, 0.5, 0.4), (-0.5, 0.5, 0.0)])

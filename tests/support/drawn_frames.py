@@ -11,6 +11,8 @@ from crcolony_dashboards.tabs.arena_layout import ROOT
 from crcolony_dashboards.tabs.palette import Colour
 from rerun.chunk import RrdReader
 
+Rows = dict[str, list[dict[str, Any]]]
+"""Rows of every entity"""
 Line = tuple[tuple[float, float], tuple[float, float]]
 """The two ends of a line (m)"""
 
@@ -36,47 +38,61 @@ class MatingLines:
 
 
 class DrawnFrames:
-    """The drawings in a recording; it is read again when it has grown."""
+    """The drawings in a recording up to its last flush; `update` reads those that came since."""
 
     def __init__(self, rrd: Path) -> None:
         self._rrd = rrd
         self._size = -1
-        self._rows: dict[str, list[dict[str, Any]]] = {}
+        self.frames: list[Frame] = []
+        """All drawings of robots, in order"""
+        self.mating_lines: list[MatingLines] = []
+        """All drawings of mating lines, in order"""
 
-    def frames(self) -> list[Frame]:
-        """Return all drawings of robots so far, in order; only their last flush, some seconds ago, is included."""
-        rings = {row["wall"]: row["Points2D:colors"] for row in self._read("energy")}
-        return [
-            Frame(
-                row["wall"] / 1e9,
-                row["tick"][0],
-                [(x, y) for x, y in row["Points2D:positions"]],
-                [(c >> 24, c >> 16 & 255, c >> 8 & 255) for c in rings[row["wall"]]],
-            )
-            for row in self._read("robots")
-            if row["tick"] and row["wall"] in rings
-        ]
-
-    def mating_lines(self) -> list[MatingLines]:
-        """Return all drawings of mating lines so far, in order."""
-        return [
-            MatingLines(
-                row["wall"] / 1e9,
-                [((x, y), (u, v)) for (x, y), (u, v) in row["LineStrips2D:strips"]],
-            )
-            for row in self._read("matings")
-        ]
-
-    def _read(self, entity: str) -> list[dict[str, Any]]:
+    def update(self) -> bool:
+        """Read the recording again if it has grown; return whether there is anything new."""
         size = self._rrd.stat().st_size
-        if size != self._size:
-            self._size, self._rows = size, read_rows(self._rrd)
-        return self._rows.get(f"{ROOT}/{entity}", [])
+        if size == self._size:
+            return False
+        try:
+            rows = read_rows(self._rrd)
+        except RuntimeError:  # the last message is not complete yet
+            return False
+        self._size = size
+        self.frames = _frames(rows)
+        self.mating_lines = _mating_lines(rows)
+        return True
 
 
-def read_rows(rrd: Path) -> dict[str, list[dict[str, Any]]]:
-    """Return the rows of every entity below the arena in order of the wall clock, with times in nanoseconds."""
-    rows: dict[str, list[dict[str, Any]]] = {}
+def _frames(rows: Rows) -> list[Frame]:
+    rings = {row["wall"]: row["Points2D:colors"] for row in rows.get(f"{ROOT}/energy", [])}
+    return [
+        Frame(
+            row["wall"] / 1e9,
+            row["tick"][0],
+            [(x, y) for x, y in row["Points2D:positions"]],
+            [(c >> 24, c >> 16 & 255, c >> 8 & 255) for c in rings[row["wall"]]],
+        )
+        for row in rows.get(f"{ROOT}/robots", [])
+        if row["tick"] and row["wall"] in rings
+    ]
+
+
+def _mating_lines(rows: Rows) -> list[MatingLines]:
+    return [
+        MatingLines(
+            row["wall"] / 1e9,
+            [((x, y), (u, v)) for (x, y), (u, v) in row["LineStrips2D:strips"]],
+        )
+        for row in rows.get(f"{ROOT}/matings", [])
+    ]
+
+
+def read_rows(rrd: Path) -> Rows:
+    """Return the rows of every entity below the arena in order of the wall clock, with times in nanoseconds.
+
+    Raises RuntimeError if the last message is incomplete.
+    """
+    rows: Rows = {}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a recording has no footer before it is complete
         for chunk in RrdReader(rrd).stream():

@@ -59,12 +59,12 @@ class WatchedColony:
     def frames(self) -> list[tuple[Frame, Scene]]:
         """Return what was drawn so far, with the scene that was drawn, where the recorder received it too."""
         scenes = {scene.tick: scene for _, scene in list(self.recorder.scenes)}
-        drawn = self.drawn.frames()
+        drawn = self.drawn.frames
         return [(frame, scenes[frame.tick]) for frame in drawn if frame.tick in scenes]
 
     def wait_for(self, found: Callable[[], object], what: str) -> None:
-        """Wait for something in the recording, which is written every two seconds."""
-        wait_until(found, what, 120.0)
+        """Wait for something in the recording, which is flushed every two seconds."""
+        wait_until(lambda: self.drawn.update() and found(), what, 120.0)
 
     def picture(
         self, unix_s: float, measure: Measure, is_right: Callable[[float], bool]
@@ -243,7 +243,7 @@ class DrawnMating:
 
 def drawn_matings(seen: WatchedColony) -> list[DrawnMating]:
     """Return the matings so far whose lines were drawn and removed, of pairs that did not mate again meanwhile."""
-    frames, drawings = seen.frames(), seen.drawn.mating_lines()
+    frames, drawings = seen.frames(), seen.drawn.mating_lines
     times_s = [frame.unix_s for frame, _ in frames]
 
     def scene_at(unix_s: float) -> Scene:

@@ -6,8 +6,8 @@ NONE_YET = "no colony on the network yet; waiting …"
 NONE_NOW = "no colony on the network any more; waiting …"
 
 
-def test_it_says_once_that_nobody_is_there_and_then_who_comes() -> None:
-    """Each colony by its name."""
+def test_colonies_are_announced_once() -> None:
+    """Each by its name; before the first one, that there is none."""
     announcer = ColonyAnnouncer()
     assert announcer.update(set(), 0.0) == [NONE_YET]
     assert announcer.update(set(), 1.0) == []
@@ -15,8 +15,8 @@ def test_it_says_once_that_nobody_is_there_and_then_who_comes() -> None:
     assert announcer.update({"red", "blue"}, 3.0) == []
 
 
-def test_who_is_gone_for_a_moment_was_always_there() -> None:
-    """Only after two seconds without anybody it looks again."""
+def test_a_short_absence_is_not_announced() -> None:
+    """Only after two seconds without a colony."""
     announcer = ColonyAnnouncer()
     assert announcer.update({"blue"}, 0.0) == ["watching blue"]
     assert announcer.update(set(), 1.0) == []

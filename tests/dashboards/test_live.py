@@ -5,7 +5,7 @@ from pathlib import Path
 from crcolony_dashboards.live import unused_path
 
 
-def test_no_film_is_written_over(tmp_path: Path) -> None:
+def test_no_recording_is_overwritten(tmp_path: Path) -> None:
     """The next one has the next number."""
     rrd = tmp_path / "dashboard.rrd"
     for name in ("dashboard.rrd", "dashboard-2.rrd", "dashboard-3.rrd"):

@@ -12,8 +12,8 @@ from crcolony_dashboards.preconditions import DashboardError, check_port_is_free
 class TestPort:
     """A port that is taken is named, with the option that chooses another one."""
 
-    def test_the_web_viewers_port_has_an_option_of_its_own(self) -> None:
-        """It is named in the line."""
+    def test_a_port_that_is_taken_is_reported_with_its_option(self) -> None:
+        """With the option of the port in question."""
         with socket.socket() as other:
             other.bind(("127.0.0.1", 0))
             other.listen()
@@ -22,14 +22,16 @@ class TestPort:
 
 
 class TestRerun:
-    """The dashboard needs one version of Rerun, and says so."""
+    """The dashboard needs one version of Rerun."""
 
-    def test_the_one_that_is_here_is_the_one_that_is_wanted(self) -> None:
-        """Nothing is said then."""
+    def test_the_installed_version_is_accepted(self) -> None:
+        """Nothing is raised."""
         check_rerun()
 
-    def test_without_it_a_line_says_what_to_install(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """And nothing else is needed to read it."""
+    def test_if_it_is_missing_the_message_says_what_to_install(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """In one line."""
 
         def missing(name: str) -> str:
             raise PackageNotFoundError(name)
@@ -42,8 +44,8 @@ class TestRerun:
         )
 
     @pytest.mark.parametrize("other", ["0.40.2", "0.42.0a1", "1.41.0", "0.4.1"])
-    def test_another_version_is_named(self, monkeypatch: pytest.MonkeyPatch, other: str) -> None:
-        """With the one that is wanted."""
+    def test_another_version_is_refused(self, monkeypatch: pytest.MonkeyPatch, other: str) -> None:
+        """The message names the found and the required version."""
         monkeypatch.setattr(preconditions, "version", lambda name: other)
         with pytest.raises(DashboardError) as refusal:
             check_rerun()
@@ -51,8 +53,10 @@ class TestRerun:
             f"the dashboard needs Rerun 0.41, but {other} is installed: pip install 'crcolony[viz]'"
         )
 
-    def test_one_that_does_not_load_is_said_to_be(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """With the reason."""
+    def test_a_version_that_cannot_be_imported_is_refused(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """The message has the reason."""
         monkeypatch.setitem(sys.modules, "rerun", None)
         with pytest.raises(DashboardError, match=r"^Rerun 0\.41\.\d+ does not load: "):
             check_rerun()

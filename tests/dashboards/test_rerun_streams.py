@@ -17,10 +17,10 @@ def blueprint() -> rrb.Blueprint:
 
 
 class TestLive:
-    """Viewers of this machine come to one port."""
+    """Viewers of this machine connect to one port."""
 
-    def test_a_port_that_is_taken_is_said_to_be(self) -> None:
-        """With what chooses another; nothing is left of the attempt."""
+    def test_a_port_that_is_taken_is_refused(self) -> None:
+        """The message names the option that chooses another; the port is left as it was."""
         with socket.socket() as other:
             other.bind(("127.0.0.1", 0))
             other.listen()
@@ -31,8 +31,8 @@ class TestLive:
             assert str(refusal.value) == line
         check_port_is_free(port, "--port")
 
-    def test_viewers_find_it_at_its_port(self) -> None:
-        """While nobody comes it draws all the same, and waits for nobody when it ends."""
+    def test_viewers_connect_to_its_port(self) -> None:
+        """Without viewers it logs all the same, and closing waits for none."""
         port = free_port()
         live, url = open_live(port, "run", blueprint())
         assert url == f"rerun+http://127.0.0.1:{port}/proxy"

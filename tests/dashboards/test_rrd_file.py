@@ -24,7 +24,7 @@ from tests.support.fake_telemetry import T
 
 Rows = list[dict[str, Any]]
 pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")
-"""A film has none before it is put in order (`films.py`)"""
+"""A film has none before it is put in order (`recordings.py`)"""
 
 
 def blueprint() -> rrb.Blueprint:
@@ -36,7 +36,7 @@ def rrd(path: Path) -> RrdFile:
 
 
 def rows(path: Path, entity: str) -> Rows:
-    """Return what a film holds of an entity, moment by moment, without Rerun's own columns."""
+    """Return the rows of an entity in a recording, in order, without Rerun's own columns."""
     found: Rows = []
     for chunk in RrdReader(path).stream():
         if chunk.entity_path == entity:
@@ -71,12 +71,12 @@ class FakeStream:
         self.is_open = False
 
 
-class TestFilm:
-    """A film holds what was drawn, and when."""
+class TestRecording:
+    """A recording holds what was drawn, and when."""
 
     def test_what_is_drawn_is_read_back(self, tmp_path: Path) -> None:
-        """On all three timelines; what is static has no time."""
-        path = tmp_path / "new" / "film.rrd"
+        """On all three timelines; static data have no time."""
+        path = tmp_path / "new" / "recording.rrd"
         streams = RerunStreams(None, rrd(path))
         streams.log("/life/energy", rr.SeriesLines(names=["low", "high"]), static=True)
         for k in range(3):
@@ -96,8 +96,8 @@ class TestFilm:
         ]
 
     def test_it_has_the_layout_of_the_dashboard(self, tmp_path: Path) -> None:
-        """And the name of its run, under which a viewer shows a live dashboard and its film as one."""
-        path = tmp_path / "film.rrd"
+        """And the recording id, under which a viewer merges a live dashboard with its recording."""
+        path = tmp_path / "recording.rrd"
         dashboard = Dashboard(ColonyMonitor())
         made = open_rrd(path, "run-7", dashboard.blueprint("sim", is_live=False))
         streams = RerunStreams(None, made)
@@ -112,25 +112,25 @@ class TestFilm:
             "No robot is on the network yet."
         ]
 
-    def test_an_old_film_is_replaced(self, tmp_path: Path) -> None:
-        """As whoever opens it was told."""
-        path = tmp_path / "film.rrd"
+    def test_an_old_file_is_replaced(self, tmp_path: Path) -> None:
+        """Callers choose an unused path if they want to keep it."""
+        path = tmp_path / "recording.rrd"
         path.write_bytes(b"something else")
         RerunStreams(None, rrd(path)).close()
         assert RrdReader(path).recordings()[0].recording_id == "run"
 
-    def test_where_none_can_be_written_none_is_begun(self, tmp_path: Path) -> None:
+    def test_a_path_that_cannot_be_written_is_refused(self, tmp_path: Path) -> None:
         """Neither in a folder that is a file, nor in place of a folder."""
         (tmp_path / "file").touch()
-        for path in (tmp_path / "file" / "film.rrd", tmp_path):
+        for path in (tmp_path / "file" / "recording.rrd", tmp_path):
             with pytest.raises(DashboardError) as refusal:
                 rrd(path)
             assert str(refusal.value).startswith(f"{path}: cannot be written: ")
             assert "\n" not in str(refusal.value)
 
     def test_it_can_be_read_while_it_is_recorded(self, tmp_path: Path) -> None:
-        """Up to where it was looked after last: a dashboard that is killed leaves that behind."""
-        path = tmp_path / "film.rrd"
+        """Up to the last flush: that is what a dashboard that is killed leaves behind."""
+        path = tmp_path / "recording.rrd"
         made = rrd(path)
         streams = RerunStreams(None, made)
         streams.set_time(Moment(T, 0.0, 0))
@@ -149,53 +149,53 @@ def no_disk(path: object) -> Any:
     raise OSError(errno.EIO, os.strerror(errno.EIO))
 
 
-class TestTrouble:
-    """A full disk ends the film, and nothing else."""
+class TestFullDisk:
+    """A full disk ends the recording, and nothing else."""
 
-    def test_a_film_that_cannot_be_written_ends_with_one_line(self, tmp_path: Path) -> None:
-        """Said once; the stage draws on for whoever looks at it now."""
+    def test_a_recording_that_cannot_be_written_ends_with_one_message(self, tmp_path: Path) -> None:
+        """The live stream continues."""
         live, broken = FakeStream(), FakeStream()
-        made = RrdFile(tmp_path / "film.rrd", broken)  # type: ignore[arg-type]
+        made = RrdFile(tmp_path / "recording.rrd", broken)  # type: ignore[arg-type]
         streams = RerunStreams(live, made)  # type: ignore[arg-type]
         streams.set_time(Moment(T, 0.0, 0))
         streams.log("/a", rr.TextLog("x"))
         assert made.check() is None
         broken.is_full = True
         why = "not recorded any more: cannot be written: the file sink has gone"
-        assert [made.check(), made.check()] == [f"{tmp_path / 'film.rrd'}: {why}", None]
+        assert [made.check(), made.check()] == [f"{tmp_path / 'recording.rrd'}: {why}", None]
         streams.set_time(Moment(T + 1.0, 1.0, 0))
         streams.log("/b", rr.TextLog("x"))
         assert (live.drawn, broken.drawn) == (["/a", "/b"], ["/a"])
         streams.close()
         assert not live.is_open
 
-    def test_a_process_leaves_a_film_that_is_stuck(
+    def test_a_process_with_a_stuck_recording_exits_at_once(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        """Which would keep it from ending; one that could be closed does not."""
+        """Since it would never end; with a recording that could be closed it does not."""
         ends: list[int] = []
         monkeypatch.setattr(os, "_exit", ends.append)
-        stuck, sound = FakeStream(), FakeStream()
-        films = [RrdFile(tmp_path / "x", stream) for stream in (stuck, sound)]  # type: ignore[arg-type]
+        stuck, healthy = FakeStream(), FakeStream()
+        recordings = [RrdFile(tmp_path / "x", stream) for stream in (stuck, healthy)]  # type: ignore[arg-type]
         stuck.is_full = True
-        for made in films:
+        for made in recordings:
             made.check()
             made.close()
-        assert [made.is_stuck for made in films] == [True, False]
+        assert [made.is_stuck for made in recordings] == [True, False]
         exit_if_stuck(None)
-        exit_if_stuck(films[1])
+        exit_if_stuck(recordings[1])
         assert ends == []
-        exit_if_stuck(films[0])
+        exit_if_stuck(recordings[0])
         assert ends == [EXIT_OK]
-        assert (stuck.is_open, sound.is_open) == (True, False)
+        assert (stuck.is_open, healthy.is_open) == (True, False)
 
     @pytest.mark.parametrize(("usage", "number"), [(no_room, errno.ENOSPC), (no_disk, errno.EIO)])
-    def test_it_leaves_room_for_others(
+    def test_a_recording_ends_before_the_disk_is_full(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, usage: Callable[..., Any],
         number: int,
     ) -> None:  # fmt: skip
-        """It ends before the disk is full, or when the disk has gone; what was drawn until then can be looked at."""
-        path = tmp_path / "film.rrd"
+        """Or when the disk has failed; what was drawn until then can be read."""
+        path = tmp_path / "recording.rrd"
         made = rrd(path)
         streams = RerunStreams(None, made)
         streams.set_time(Moment(T, 0.0, 0))
@@ -208,9 +208,9 @@ class TestTrouble:
         assert [row["TextLog:text"] for row in rows(path, "/a")] == [["x"]]
 
 
-def test_a_film_in_order_has_an_index_and_is_smaller(tmp_path: Path) -> None:
-    """It can be sought in, and holds what it held."""
-    path = tmp_path / "film.rrd"
+def test_an_optimized_recording_has_an_index_and_is_smaller(tmp_path: Path) -> None:
+    """It holds the same data."""
+    path = tmp_path / "recording.rrd"
     rrd = open_rrd(path, "run", rrb.Blueprint(rrb.TextLogView(origin="/log")))
     streams = RerunStreams(None, rrd)
     for k in range(50):
@@ -221,16 +221,16 @@ def test_a_film_in_order_has_an_index_and_is_smaller(tmp_path: Path) -> None:
     before = path.stat().st_size
     optimize_rrd(path)
     assert path.stat().st_size < before
-    assert [file.name for file in tmp_path.iterdir()] == ["film.rrd"]
+    assert [file.name for file in tmp_path.iterdir()] == ["recording.rrd"]
     assert RrdReader(path).store() is not None
     points = [chunk.num_rows for chunk in RrdReader(path).stream() if chunk.entity_path == "/a"]
     assert sum(points) == 50
 
 
-def test_what_is_no_film_stays_as_it_is(tmp_path: Path) -> None:
-    """Nothing is lost, and nothing is left beside it."""
-    path = tmp_path / "film.rrd"
-    path.write_bytes(b"no film")
+def test_another_file_is_not_changed(tmp_path: Path) -> None:
+    """And nothing is left beside it."""
+    path = tmp_path / "recording.rrd"
+    path.write_bytes(b"other")
     optimize_rrd(path)
-    assert path.read_bytes() == b"no film"
-    assert [file.name for file in tmp_path.iterdir()] == ["film.rrd"]
+    assert path.read_bytes() == b"other"
+    assert [file.name for file in tmp_path.iterdir()] == ["recording.rrd"]

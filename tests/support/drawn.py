@@ -103,15 +103,15 @@ class TabHarness:
     """One tab that draws made-up telemetry on recording streams."""
 
     def __init__(self, tab: Tab) -> None:
-        self.tab, self.streams, self.sample = tab, RecordingStreams(), FakeTelemetry()
-        self.view: ColonyView = self.sample.view
+        self.tab, self.streams, self.telemetry = tab, RecordingStreams(), FakeTelemetry()
+        self.view: ColonyView = self.telemetry.view
         tab.setup(self.streams)
 
     def draw(self, after_s: float = 0.0) -> RecordingStreams:
         """Let time pass and the tab draw; return the streams with the drawings of this call only."""
-        self.sample.pass_s(after_s)
+        self.telemetry.pass_s(after_s)
         self.streams.clear()
-        moment = self.sample.moment()
+        moment = self.telemetry.moment()
         self.streams.set_time(moment)
         self.tab.draw(self.streams, self.view, moment)
         return self.streams

@@ -22,10 +22,10 @@ def mind(distances: int, bearings: int, range_m: float, half_angle_rad: float) -
     st.integers(1, 6), st.integers(1, 6), st.floats(0.1, 10.0), st.floats(0.1, 3.0),
     st.integers(0, 2**32),
 )  # fmt: skip
-def test_a_potential_is_that_by_which_the_robot_is_rewarded(
+def test_a_drawn_potential_equals_that_of_the_robot(
     distances: int, bearings: int, range_m: float, half_angle_rad: float, seed: int
 ) -> None:
-    """As the compiled step computes it, and the network by definition, of distance and of the size of the bearing."""
+    """Over distance and absolute bearing it equals the compiled step's value, and the network's."""
     weights = np.random.default_rng(seed).normal(size=(distances, bearings))
     picture = potential(mind(distances, bearings, range_m, half_angle_rad), weights)
     assert picture.shape == (61, 61)

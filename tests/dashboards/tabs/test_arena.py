@@ -15,8 +15,8 @@ ROBOTS = [f"{ROOT}/{what}" for what in ("energy", "robots", "headings", "founder
 def show() -> TabHarness:
     """Two robots in an arena."""
     show = TabHarness(ArenaTab())
-    show.sample.join(0, 1)
-    show.sample.scene((0, -0.5, 0.0), (1, 0.5, 0.0))
+    show.telemetry.join(0, 1)
+    show.telemetry.scene((0, -0.5, 0.0), (1, 0.5, 0.0))
     return show
 
 
@@ -24,7 +24,7 @@ class TestScenes:
     """A new scene is drawn once."""
 
     def test_nothing_is_drawn_again_when_nothing_is_new(self, show: TabHarness) -> None:
-        """Only the words beside it, once a second, and the moment somebody falls silent."""
+        """Only the status text is, once a second, and the robots once when they become stale."""
         assert set(ROBOTS) <= set(show.draw(0.1).paths())
         for _ in range(20):
             assert set(show.draw(0.05).paths()) <= {"/arena/now"}
@@ -32,51 +32,51 @@ class TestScenes:
         assert sum(grey) == 1
         assert show.streams.colours(f"{ROOT}/energy") == [palette.STALE] * 2
 
-    def test_a_new_scene_is_drawn_at_the_next_moment(self, show: TabHarness) -> None:
-        """At most ten times a second, however many there are."""
+    def test_new_scenes_are_drawn_at_most_ten_times_a_second(self, show: TabHarness) -> None:
+        """However many arrive."""
         drawn = 0
         for k in range(100):
-            show.sample.scene((0, 0.001 * k, 0.0))
+            show.telemetry.scene((0, 0.001 * k, 0.0))
             drawn += show.draw(0.02).times(f"{ROOT}/robots")
         assert drawn == pytest.approx(20, abs=1)
 
-    def test_before_an_arena_is_seen_nobody_is_drawn(self) -> None:
-        """And who has gone with the arena is drawn no more."""
+    def test_without_a_scene_no_robot_is_drawn(self) -> None:
+        """Neither before the first scene nor after its arena was removed."""
         show = TabHarness(ArenaTab())
         streams = show.draw(0.1)
         assert streams.shown(f"{ROOT}/robots", "positions") == []
-        show.sample.scene((0, 0.0, 0.0))
+        show.telemetry.scene((0, 0.0, 0.0))
         assert len(show.draw(0.1).shown(f"{ROOT}/robots", "positions")) == 1
-        show.sample.forget_absent()
+        show.telemetry.forget_absent()
         assert show.draw(0.1).shown(f"{ROOT}/robots", "positions") == []
 
 
 class TestTrails:
-    """A point is left where everybody was."""
+    """A point remains where a robot was."""
 
-    def test_trails_are_left_unless_the_colony_leaps(self, show: TabHarness) -> None:
-        """One that runs so fast has none."""
+    def test_trails_are_drawn_unless_much_time_lies_between_scenes(self, show: TabHarness) -> None:
+        """A colony that runs much faster than real time has none."""
         streams = show.draw(0.2)
         assert streams.shown(f"{ROOT}/trails", "positions") == [[-0.5, 0.0], [0.5, 0.0]]
-        show.sample.scene((0, 0.0, 0.0), tick=1_005)
+        show.telemetry.scene((0, 0.0, 0.0), tick=1_005)
         assert show.draw(0.2).shown(f"{ROOT}/trails", "positions") == [[0.0, 0.0]]
-        show.sample.scene((0, 0.0, 0.0), tick=1_015)
+        show.telemetry.scene((0, 0.0, 0.0), tick=1_015)
         assert show.draw(0.2).shown(f"{ROOT}/trails", "positions") == []
 
 
-class TestNow:
-    """The colony in words, beside the picture."""
+class TestStatus:
+    """The status text and stale scenes."""
 
-    def test_it_is_said_once_a_second(self, show: TabHarness) -> None:
-        """Even if nothing can be seen."""
-        said = [show.draw(0.1).times("/arena/now") for _ in range(40)]
-        assert sum(said) == pytest.approx(4, abs=1)
+    def test_the_status_text_is_drawn_once_a_second(self, show: TabHarness) -> None:
+        """Also when no scene is drawn."""
+        drawn = [show.draw(0.1).times("/arena/now") for _ in range(40)]
+        assert sum(drawn) == pytest.approx(4, abs=1)
         assert "2 robots online" in show.streams.text("/arena/now")
 
-    def test_silence_is_seen(self, show: TabHarness) -> None:
-        """Robots of an arena that says nothing any more are grey, though they speak."""
+    def test_robots_of_a_silent_arena_are_drawn_grey(self, show: TabHarness) -> None:
+        """Even though the robots themselves publish states."""
         show.draw(0.1)
         for _ in range(int(SILENT_AFTER_S) + 1):
-            show.sample.state(0, 1)
+            show.telemetry.state(0, 1)
             show.draw(1.0)
         assert show.streams.colours(f"{ROOT}/energy") == [palette.STALE] * 2

@@ -20,8 +20,8 @@ from tests.support.fake_telemetry import NATURE, FakeTelemetry, mated, met
 def show() -> TabHarness:
     """Two robots in an arena."""
     show = TabHarness(ArenaTab())
-    show.sample.join(0, 1)
-    show.sample.scene((0, -0.5, 0.0), (1, 0.5, 0.0))
+    show.telemetry.join(0, 1)
+    show.telemetry.scene((0, -0.5, 0.0), (1, 0.5, 0.0))
     return show
 
 
@@ -30,7 +30,7 @@ def lines(streams: RecordingStreams, kind: str) -> list[list[list[float]]]:
 
 
 class TestFieldRim:
-    """What a camera sees ends at its range, or at the wall."""
+    """A field of view ends at the camera's range or at the wall."""
 
     @given(
         st.floats(-0.95, 0.95), st.floats(-0.95, 0.95), st.floats(0.5, 4.0), st.floats(0.5, 4.0),
@@ -39,10 +39,10 @@ class TestFieldRim:
     def test_a_ray_ends_where_it_meets_the_wall(
         self, x: float, y: float, width_m: float, height_m: float, angle: float, range_m: float
     ) -> None:
-        """As somebody finds who walks along it in small steps until there is a wall, or the range is at its end."""
-        sample = FakeTelemetry()
-        sample.scene(width_m=width_m, height_m=height_m)
-        sample.pass_s(0.0)
+        """It ends where small steps along it find the wall or the end of the range."""
+        telemetry = FakeTelemetry()
+        telemetry.scene(width_m=width_m, height_m=height_m)
+        telemetry.pass_s(0.0)
         half_m = 0.5 * np.array([width_m, height_m])
         eye = half_m * (x, y)
         ahead = np.array([np.cos(angle), np.sin(angle)])
@@ -51,30 +51,30 @@ class TestFieldRim:
         walked = eye + steps_m[:, None] * ahead
         inside = np.all(np.abs(walked) <= half_m, axis=-1)
         walked_m = steps_m[inside.argmin() - 1] if not inside.all() else range_m
-        (rim,) = field_rim(eye, np.array([angle]), range_m, sample.view.scenes()[0])
+        (rim,) = field_rim(eye, np.array([angle]), range_m, telemetry.view.scenes()[0])
         assert float(np.linalg.norm(rim - eye)) == pytest.approx(walked_m, abs=range_m / 4000)
         assert np.all(np.abs(rim) <= half_m + 1e-9)
 
-    def test_along_an_axis_it_ends_there_too(self) -> None:
-        """Where the other coordinate never comes to a wall; and a robot beside the arena sees nothing."""
-        sample = FakeTelemetry()
-        sample.scene(width_m=2.0, height_m=4.0)
-        sample.pass_s(0.0)
-        (scene,) = sample.view.scenes()
+    def test_a_ray_along_an_axis_ends_at_the_wall_too(self) -> None:
+        """From a robot at the wall that faces it the field is empty."""
+        telemetry = FakeTelemetry()
+        telemetry.scene(width_m=2.0, height_m=4.0)
+        telemetry.pass_s(0.0)
+        (scene,) = telemetry.view.scenes()
         angles = np.array([0.0, 0.5, 1.0, 1.5]) * np.pi
         rim = field_rim(np.array([0.5, 0.5]), angles, 9.0, scene)
         assert rim == pytest.approx(np.array([(1.0, 0.5), (0.5, 2.0), (-1.0, 0.5), (0.5, -2.0)]))
         assert field_rim(np.array([1.0, 0.0]), angles[:1], 9.0, scene).tolist() == [[1.0, 0.0]]
 
 
-class TestFields:
-    """What a few robots' cameras see."""
+class TestCameraFields:
+    """The camera fields of a few robots."""
 
-    def test_a_field_begins_and_ends_at_the_eye(self, show: TabHarness) -> None:
-        """It looks ahead, as far as the arena says that its bodies see."""
+    def test_a_field_starts_and_ends_at_the_robot(self, show: TabHarness) -> None:
+        """It points ahead, with the range and angle that the arena has published."""
         nature = json.loads(NATURE)
         nature["body"] |= {"camera_range_m": 0.25, "camera_half_angle_rad": 0.1}
-        show.sample.about_arena(settings=json.dumps(nature))
+        show.telemetry.about_arena(settings=json.dumps(nature))
         strips = lines(show.draw(0.1), "camera_fields")
         assert len(strips) == 2
         for strip, eye in zip(strips, ([-0.5, 0.0], [0.5, 0.0]), strict=True):
@@ -82,36 +82,36 @@ class TestFields:
             assert strip[len(strip) // 2] == pytest.approx([eye[0] + 0.25, 0.0])
             assert strip[1][1] == pytest.approx(-0.25 * np.sin(0.1))
 
-    def test_several_arenas_have_fields_of_their_own(self, show: TabHarness) -> None:
-        """Beside each other, as the arenas are."""
-        show.sample.about_arena()
-        show.sample.about_arena("north")
-        show.sample.scene((2, 0.0, 0.0), arena="north")
+    def test_the_fields_of_several_arenas_are_side_by_side(self, show: TabHarness) -> None:
+        """As the arenas are."""
+        show.telemetry.about_arena()
+        show.telemetry.about_arena("north")
+        show.telemetry.scene((2, 0.0, 0.0), arena="north")
         eyes = [strip[0] for strip in lines(show.draw(0.1), "camera_fields")]
         assert eyes == [[-0.5, 0.0], [0.5, 0.0], [pytest.approx(2.4), 0.0]]
 
     @pytest.mark.parametrize("settings", [json.dumps({"body": {"camera": False}}), "{}"])
-    def test_who_has_no_camera_has_no_field(self, show: TabHarness, settings: str) -> None:
-        """Nor has an arena that has not told of its bodies."""
+    def test_without_a_camera_there_is_no_field(self, show: TabHarness, settings: str) -> None:
+        """Nor in an arena that has not published its settings."""
         assert lines(show.draw(0.1), "camera_fields") == []
-        show.sample.about_arena(settings=settings)
-        show.sample.scene((0, 0.0, 0.0))
+        show.telemetry.about_arena(settings=settings)
+        show.telemetry.scene((0, 0.0, 0.0))
         assert lines(show.draw(0.1), "camera_fields") == []
 
-    def test_of_many_no_fields_are_drawn(self, show: TabHarness) -> None:
-        """They would hide everything; those of before go."""
-        show.sample.about_arena()
+    def test_fields_of_many_robots_are_not_drawn(self, show: TabHarness) -> None:
+        """Those drawn before are removed."""
+        show.telemetry.about_arena()
         assert len(lines(show.draw(0.1), "camera_fields")) == 2
-        show.sample.scene(*((k, 0.1 * k, 0.0) for k in range(9)))
+        show.telemetry.scene(*((k, 0.1 * k, 0.0) for k in range(9)))
         assert lines(show.draw(0.1), "camera_fields") == []
 
 
 class TestPairings:
-    """Who has just met or mated is joined by a line, for a moment."""
+    """A line joins two robots that have just met or mated, for a moment."""
 
-    def test_lines_of_a_mating_appear_and_are_taken_away_again(self, show: TabHarness) -> None:
-        """Between where the two are, in the colour of what became of it; without any other news."""
-        show.sample.tell(0, mated(0, 1, conceived=True))
+    def test_the_line_of_a_mating_appears_and_is_removed(self, show: TabHarness) -> None:
+        """It joins the two robots in the colour of the outcome, and is removed without any further telemetry."""
+        show.telemetry.tell(0, mated(0, 1, conceived=True))
         streams = show.draw(0.1)
         assert lines(streams, "matings") == [[[-0.5, 0.0], [0.5, 0.0]]]
         assert streams.colours(f"{ROOT}/matings") == [palette.CONCEIVED]
@@ -119,9 +119,9 @@ class TestPairings:
         assert lines(show.draw(0.2), "matings") == []
         assert show.draw(0.2).times(f"{ROOT}/matings") == 0
 
-    def test_a_meeting_is_shown_more_shortly(self, show: TabHarness) -> None:
-        """It is no mating, and a mating without offspring has a colour of its own."""
-        show.sample.tell(0, met(1), mated(0, 1))
+    def test_a_meeting_is_shown_for_a_shorter_time(self, show: TabHarness) -> None:
+        """It is drawn apart from the mating; a mating without offspring has its own colour."""
+        show.telemetry.tell(0, met(1), mated(0, 1))
         streams = show.draw(0.1)
         assert (len(lines(streams, "meetings")), len(lines(streams, "matings"))) == (1, 1)
         assert streams.colours(f"{ROOT}/matings") == [palette.MATED]
@@ -129,15 +129,15 @@ class TestPairings:
         assert (len(lines(streams, "meetings")), len(lines(streams, "matings"))) == (0, 1)
 
     def test_lines_follow_robots_that_move(self, show: TabHarness) -> None:
-        """And end with one that is not seen any more."""
-        show.sample.tell(0, mated(0, 1))
+        """They are removed with a robot that is no longer in the scene."""
+        show.telemetry.tell(0, mated(0, 1))
         show.draw(0.1)
-        show.sample.scene((0, -0.5, 0.5), (1, 0.5, 0.5))
+        show.telemetry.scene((0, -0.5, 0.5), (1, 0.5, 0.5))
         assert lines(show.draw(0.1), "matings") == [[[-0.5, 0.5], [0.5, 0.5]]]
-        show.sample.scene((0, -0.5, 0.5))
+        show.telemetry.scene((0, -0.5, 0.5))
         assert lines(show.draw(0.1), "matings") == []
 
-    def test_who_has_no_body_has_no_line(self, show: TabHarness) -> None:
-        """Matings of robots that no arena shows are not drawn."""
-        show.sample.tell(7, mated(7, 8))
+    def test_robots_without_a_body_have_no_lines(self, show: TabHarness) -> None:
+        """Matings of robots that are in no scene are not drawn."""
+        show.telemetry.tell(7, mated(7, 8))
         assert show.draw(0.1).times(f"{ROOT}/matings") == 0

@@ -25,25 +25,27 @@ GENES = [SCHEMA.random(RNG) for _ in range(200)]
 
 @pytest.fixture
 def show() -> TabHarness:
-    """Two robots that have told how their genes are read."""
+    """Two robots that have published their settings."""
     show = TabHarness(EvolutionTab())
-    show.sample.join(0, 1, generation=0)
-    show.sample.about(0, 1)
+    show.telemetry.join(0, 1, generation=0)
+    show.telemetry.about(0, 1)
     return show
 
 
 def live(show: TabHarness, number: int, agents: int = 3, robots: tuple[int, ...] = (0, 1)) -> None:
-    """Let robots live a whole generation, and begin the next; the more a robot's number the more its agents mate."""
+    """Report a whole generation and the births of the next; agents of robots with higher numbers mate more."""
     for robot in robots:
         names = [agent(robot, 100 * number + k) for k in range(agents)]
         for k, name in enumerate(names):
-            show.sample.tell(robot, born(name, number, list(GENES[(robot + 2 * k) % len(GENES)])))
+            show.telemetry.tell(
+                robot, born(name, number, list(GENES[(robot + 2 * k) % len(GENES)]))
+            )
         for k, name in enumerate(names):
-            show.sample.tell(robot, lived(name, number, matings=robot + k, captures=10 * k))
+            show.telemetry.tell(robot, lived(name, number, matings=robot + k, captures=10 * k))
         child = agent(robot, 100 * (number + 1))
-        show.sample.tell(robot, born(child, number + 1, list(GENES[7])))
-        show.sample.state(robot, generation=number + 1, agent=child)
-    show.sample.pass_s(0.5)
+        show.telemetry.tell(robot, born(child, number + 1, list(GENES[7])))
+        show.telemetry.state(robot, generation=number + 1, agent=child)
+    show.telemetry.pass_s(0.5)
 
 
 def drawn(streams: RecordingStreams, path: str) -> list[Drawing]:
@@ -51,10 +53,10 @@ def drawn(streams: RecordingStreams, path: str) -> list[Drawing]:
 
 
 class TestMeasures:
-    """What the agents of a generation did, in the mean, with its spread."""
+    """Mean and spread of what the agents of a generation did."""
 
-    def test_a_generation_appears_once(self, show: TabHarness) -> None:
-        """When it is over, with mean and variance of all its agents."""
+    def test_a_generation_is_drawn_once(self, show: TabHarness) -> None:
+        """When it has ended, with mean and variance of all its agents."""
         assert "/evolution/matings/blue" not in show.draw(1.0).paths()
         live(show, 0)
         streams = show.draw(1.0)
@@ -68,17 +70,17 @@ class TestMeasures:
         for _ in range(30):
             assert not any("matings" in path or "genes" in path for path in show.draw(1.0).paths())
 
-    def test_it_stands_where_it_ended(self, show: TabHarness) -> None:
-        """On every timeline; whoever hears of it later draws it there all the same."""
-        show.sample.scene((0, 0.0, 0.0), tick=9_000)
+    def test_a_generation_is_drawn_at_the_time_of_its_end(self, show: TabHarness) -> None:
+        """On every timeline, also when it is received later."""
+        show.telemetry.scene((0, 0.0, 0.0), tick=9_000)
         for robot in (0, 1):
             for number in (0, 1):
                 name = agent(robot, number)
                 incarnation = lived(name, number, tick=5_000 + 100 * number)
-                show.sample.tell(robot, incarnation, told_s=T - 300.0 + number)
-                show.sample.tell(robot, born(agent(robot, 9 + number), number + 1))
-            show.sample.state(robot, generation=2)
-        show.sample.pass_s(0.5)
+                show.telemetry.tell(robot, incarnation, told_s=T - 300.0 + number)
+                show.telemetry.tell(robot, born(agent(robot, 9 + number), number + 1))
+            show.telemetry.state(robot, generation=2)
+        show.telemetry.pass_s(0.5)
         moments = [drawing.moment for drawing in drawn(show.draw(1.0), "/evolution/matings/blue")]
         assert moments == [Moment(T - 300.0, 1_000.0, 0), Moment(T - 299.0, 1_020.0, 1)]
 
@@ -86,20 +88,20 @@ class TestMeasures:
     def test_no_generation_ends_in_the_future(
         self, show: TabHarness, tick: int, sim_s: float
     ) -> None:
-        """Nor before the beginning, whatever a robot's clock says."""
-        show.sample.scene(tick=100)
-        show.sample.tell(0, lived(agent(0, 0), tick=tick), told_s=T + 1e9)
-        show.sample.state(0, 1, generation=1)
+        """Nor before the start, whatever a robot's clock says."""
+        show.telemetry.scene(tick=100)
+        show.telemetry.tell(0, lived(agent(0, 0), tick=tick), told_s=T + 1e9)
+        show.telemetry.state(0, 1, generation=1)
         streams = show.draw(20.0)
         (drawing,) = drawn(streams, "/evolution/matings/blue")
-        assert drawing.moment == Moment(show.sample.at_s, sim_s, 0)
+        assert drawing.moment == Moment(show.telemetry.at_s, sim_s, 0)
 
-    def test_colonies_have_colours_of_their_own(self, show: TabHarness) -> None:
-        """Which they keep when others come whose names are before theirs."""
+    def test_colonies_have_different_colours(self, show: TabHarness) -> None:
+        """They keep them when colonies with earlier names join."""
         live(show, 0)
         blue = show.draw(1.0).colours("/evolution/matings/blue")
-        show.sample.join(2, colony="ash", generation=1)
-        show.sample.tell(2, lived(agent(2, 0)), colony="ash")
+        show.telemetry.join(2, colony="ash", generation=1)
+        show.telemetry.tell(2, lived(agent(2, 0)), colony="ash")
         live(show, 1)
         show.draw(1.0)
         streams = show.draw(12.0)
@@ -108,10 +110,10 @@ class TestMeasures:
 
 
 class TestGenes:
-    """How meta-parameters are distributed."""
+    """The distribution of the meta-parameters."""
 
     def test_clouds_and_medians_are_of_the_genes(self, show: TabHarness) -> None:
-        """Every agent a point, of a few; lines are named once."""
+        """Every agent is a point if there are few; lines are styled once."""
         live(show, 0)
         streams = show.draw(1.0)
         for module in ("foraging", "mating"):
@@ -127,28 +129,28 @@ class TestGenes:
         live(show, 1)
         assert not any(drawing.is_static for drawing in show.draw(1.0).drawings)
 
-    def test_of_many_agents_some_are_points(self, show: TabHarness) -> None:
-        """As many as there is room for, evenly."""
+    def test_a_cloud_has_a_limited_number_of_points(self, show: TabHarness) -> None:
+        """They are taken evenly from all agents."""
         live(show, 0, agents=90)
         path = "/evolution/genes/mating/alpha/blue"
         (points,) = show.draw(1.0).scalars(path)
         assert sum(not math.isnan(point) for point in points) == 60
 
-    def test_the_selector_is_drawn_in_the_mean(self, show: TabHarness) -> None:
-        """Of all agents."""
+    def test_the_mean_selector_is_drawn(self, show: TabHarness) -> None:
+        """Its weights are averaged over all agents."""
         live(show, 0)
         mean = np.mean([GENES[robot + 2 * k][:4] for robot in (0, 1) for k in range(3)], axis=0)
         assert show.draw(1.0).scalars("/evolution/selector/blue") == [pytest.approx(mean)]
 
-    def test_nobody_guesses_what_genes_mean(self) -> None:
-        """As long as no robot has said how they are read, or it has others, measures stand alone."""
+    def test_genes_are_not_drawn_without_the_settings_to_decode_them(self) -> None:
+        """Until a robot with as many genes has published its settings only the measures are drawn."""
         other = json.loads(SETTINGS)
         other["learning"]["potential_distances"] = 3
-        for message in (None, json.dumps(other)):
+        for settings in (None, json.dumps(other)):
             show = TabHarness(EvolutionTab())
-            show.sample.join(0, generation=0)
-            if message is not None:
-                show.sample.about(0, settings=message)
+            show.telemetry.join(0, generation=0)
+            if settings is not None:
+                show.telemetry.about(0, settings=settings)
             live(show, 0, robots=(0,))
             streams = show.draw(1.0)
             assert streams.entities("/evolution/matings/") == ["blue", "blue_ends"]
@@ -157,10 +159,10 @@ class TestGenes:
 
 
 class TestAgent:
-    """One agent: the best of the last generation, or who was asked for."""
+    """One agent: the best of the last generation, or the chosen one."""
 
-    def test_the_best_is_drawn_when_it_is_another(self, show: TabHarness) -> None:
-        """Its potentials, far above near, and in words; not again as long as it is the same."""
+    def test_the_best_agent_is_drawn_when_it_has_changed(self, show: TabHarness) -> None:
+        """Its potentials, with large distances at the top, and its text; not again while it is the same agent."""
         live(show, 0)
         streams = show.draw(1.0)
         best = GENES[(1 + 2 * 2) % 200]
@@ -180,29 +182,31 @@ class TestAgent:
         live(show, 1)
         assert show.draw(1.0).text("/evolution/agent").startswith("**Agent 102 of #1**")
 
-    def test_before_any_generation_is_over_somebody_stands_for_all(self, show: TabHarness) -> None:
-        """One whose birth was heard of, and nobody else until there is a best one."""
+    def test_before_the_first_generation_has_ended_any_agent_is_drawn(
+        self, show: TabHarness
+    ) -> None:
+        """One whose birth was received; it is not replaced before there is a best agent."""
         assert "/evolution/agent" not in show.draw(1.0).paths()
         for robot in (0, 1):
-            show.sample.tell(robot, born(agent(robot, 5), 0, list(GENES[robot])))
-            show.sample.state(robot, generation=0, agent=agent(robot, 5))
+            show.telemetry.tell(robot, born(agent(robot, 5), 0, list(GENES[robot])))
+            show.telemetry.state(robot, generation=0, agent=agent(robot, 5))
         assert show.draw(1.0).text("/evolution/agent").startswith("**Agent 5 of #0**")
-        show.sample.state(0, generation=0, agent=agent(0, 6))
-        show.sample.tell(0, born(agent(0, 6), 0, list(GENES[8])))
+        show.telemetry.state(0, generation=0, agent=agent(0, 6))
+        show.telemetry.tell(0, born(agent(0, 6), 0, list(GENES[8])))
         assert show.draw(1.0).paths() == []
 
-    def test_who_was_asked_for_is_drawn(self) -> None:
-        """As soon as it is known, whoever is better."""
+    def test_the_chosen_agent_is_drawn(self) -> None:
+        """As soon as its birth was received, even if others mate more."""
         show = TabHarness(EvolutionTab(agent(0, 1)))
-        show.sample.join(0, 1, generation=0)
-        show.sample.about(0, 1)
+        show.telemetry.join(0, 1, generation=0)
+        show.telemetry.about(0, 1)
         live(show, 0)
         assert show.draw(1.0).text("/evolution/agent").startswith("**Agent 1 of #0**")
         live(show, 1)
         assert "/evolution/agent" not in show.draw(1.0).paths()
 
-    def test_it_is_said_what_an_agent_has_inherited(self, show: TabHarness) -> None:
-        """Meta-parameters of both modules, how high its potentials are, and its selector."""
+    def test_the_text_has_what_an_agent_inherited(self, show: TabHarness) -> None:
+        """Meta-parameters of both modules, the range of its potentials, and its selector."""
         live(show, 0)
         text = show.draw(1.0).text("/evolution/agent")
         best = dict(zip((gene.name for gene in SCHEMA.genes), GENES[5], strict=True))
@@ -214,26 +218,26 @@ class TestAgent:
         assert "| lowest Φ |" in text
 
     @pytest.mark.parametrize("sense", ["camera_half_angle_rad", "camera_range_m"])
-    def test_who_sees_nothing_has_no_potentials(self, sense: str) -> None:
-        """And throws nobody."""
+    def test_without_a_camera_there_are_no_potentials(self, sense: str) -> None:
+        """And nothing is raised."""
         blind = json.loads(SETTINGS)
         blind["body"][sense] = 0.0 if sense == "camera_half_angle_rad" else 1e-320
         show = TabHarness(EvolutionTab())
-        show.sample.join(0, generation=0)
-        show.sample.about(0, settings=json.dumps(blind))
+        show.telemetry.join(0, generation=0)
+        show.telemetry.about(0, settings=json.dumps(blind))
         live(show, 0, robots=(0,))
         assert show.draw(1.0).entities("/evolution/potential/") == []
 
-    def test_genes_as_large_as_they_get_are_drawn(self, show: TabHarness) -> None:
-        """Somebody may have made them up."""
-        show.sample.tell(0, born(agent(0, 5), 0, [1e9, -1e9] * (len(SCHEMA) // 2)))
-        show.sample.state(0, generation=0, agent=agent(0, 5))
+    def test_the_largest_genes_are_drawn(self, show: TabHarness) -> None:
+        """Any peer can publish them."""
+        show.telemetry.tell(0, born(agent(0, 5), 0, [1e9, -1e9] * (len(SCHEMA) // 2)))
+        show.telemetry.state(0, generation=0, agent=agent(0, 5))
         assert len(SCHEMA) % 2 == 0
         assert show.draw(1.0).picture("/evolution/potential/mating").shape == (61, 61, 3)
 
 
-def test_the_schema_here_is_that_of_the_settings() -> None:
-    """Else these tests would test nothing."""
+def test_the_schema_of_these_tests_is_that_of_the_settings() -> None:
+    """The tests of this file rely on it."""
     assert len(SCHEMA) == len(agent_schema(Learning(), Heredity())) == len(GENES[0])
     robots: list[RobotId] = IDS[:2]
     assert len(set(robots)) == 2

@@ -1,4 +1,4 @@
-"""The log says what has happened: each thing once, the bad in other colours, and not too much at a time."""
+"""The log has one line for each event, with its severity, and a limited number of lines a second."""
 
 import pytest
 from crcolony_dashboards.tabs.log import LogTab
@@ -12,7 +12,7 @@ from tests.support.fake_telemetry import agent, mated
 @pytest.fixture
 def show() -> TabHarness:
     show = TabHarness(LogTab())
-    show.sample.join(0, 1)
+    show.telemetry.join(0, 1)
     show.draw(1.0)
     return show
 
@@ -24,11 +24,11 @@ def written(streams: RecordingStreams) -> list[tuple[str, str, str]]:
     ]
 
 
-def test_the_log_says_what_happened(show: TabHarness) -> None:
-    """In order, every kind in a place of its own, with how serious it is."""
-    show.sample.tell(0, mated(0, 1, conceived=True), Died(7, 0, agent(0, 3)))
-    show.sample.tell(1, Fault(7, "no arena"))
-    show.sample.go(0)
+def test_events_are_logged_in_order(show: TabHarness) -> None:
+    """Every kind has its own entity, and every line a severity."""
+    show.telemetry.tell(0, mated(0, 1, conceived=True), Died(7, 0, agent(0, 3)))
+    show.telemetry.tell(1, Fault(7, "no arena"))
+    show.telemetry.go(0)
     assert written(show.draw(1.0)) == [
         ("/log/mating", "#0 mated with #1 and conceived", "INFO"),
         ("/log/death", "#0: agent 3 starved", "INFO"),
@@ -37,17 +37,17 @@ def test_the_log_says_what_happened(show: TabHarness) -> None:
     ]
 
 
-def test_nothing_is_said_twice(show: TabHarness) -> None:
-    """And without news nothing."""
-    show.sample.tell(1, Fault(7, "no arena"))
+def test_no_line_is_written_twice(show: TabHarness) -> None:
+    """And without events there are none."""
+    show.telemetry.tell(1, Fault(7, "no arena"))
     assert len(written(show.draw(1.0))) == 1
     assert written(show.draw(1.0)) == []
 
 
-def test_it_is_written_once_a_second(show: TabHarness) -> None:
-    """With what has gathered; what is too much is counted."""
+def test_lines_are_written_once_a_second(show: TabHarness) -> None:
+    """Lines above the limit are counted."""
     for number in range(9):
-        show.sample.tell(1, Fault(7, str(number)))
+        show.telemetry.tell(1, Fault(7, str(number)))
         assert written(show.draw(0.05)) == []
     lines = written(show.draw(0.5))
     assert [text for _, text, _ in lines] == [

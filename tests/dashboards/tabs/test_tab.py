@@ -1,4 +1,4 @@
-"""Names become paths, and no two the same one."""
+"""Names become entity names, and different names remain different."""
 
 import string
 
@@ -11,7 +11,7 @@ NAMES = st.text(string.ascii_letters + string.digits + "_.-", min_size=1, max_si
 """Of colonies"""
 
 
-def test_a_robots_name_can_be_read_in_its_path() -> None:
+def test_a_robots_name_is_legible_in_its_entity() -> None:
     """With its colony or without."""
     assert entity_name("#7") == "robot_7"
     assert entity_name("blue #7") == "blue_robot_7"
@@ -19,7 +19,7 @@ def test_a_robots_name_can_be_read_in_its_path() -> None:
 
 
 @given(NAMES, NAMES)
-def test_colonies_have_paths_of_their_own(one: str, other: str) -> None:
-    """That Rerun takes as they are."""
+def test_different_colonies_have_different_entities(one: str, other: str) -> None:
+    """Rerun accepts them without escaping."""
     assert (entity_name(one) == entity_name(other)) == (one == other)
     assert rr.new_entity_path([entity_name(one)]) == f"/{entity_name(one)}"

@@ -9,58 +9,58 @@ from tests.support.fake_telemetry import IDS, FakeTelemetry, agent
 
 
 @pytest.fixture
-def sample() -> FakeTelemetry:
+def telemetry() -> FakeTelemetry:
     return FakeTelemetry()
 
 
 class TestNames:
-    """How robots are called: shortly, and no two alike."""
+    """A robot's name is its number, or a part of its id."""
 
-    def test_a_robot_is_called_by_its_number(self, sample: FakeTelemetry) -> None:
-        """Once it has said it; before that by its id."""
-        sample.come(0)
-        sample.pass_s(0.5)
-        assert sample.view.name_of(IDS[0]) == IDS[0].hex()[:8]
-        sample.join(0, number=12)
-        assert sample.view.name_of(IDS[0]) == "#12"
-        assert sample.view.name_of(IDS[9]) == IDS[9].hex()[:8]
+    def test_a_robot_is_named_by_its_number(self, telemetry: FakeTelemetry) -> None:
+        """Before its number is known, by its id."""
+        telemetry.come(0)
+        telemetry.pass_s(0.5)
+        assert telemetry.view.name_of(IDS[0]) == IDS[0].hex()[:8]
+        telemetry.join(0, number=12)
+        assert telemetry.view.name_of(IDS[0]) == "#12"
+        assert telemetry.view.name_of(IDS[9]) == IDS[9].hex()[:8]
 
-    def test_two_robots_with_one_number_are_called_by_their_ids(
-        self, sample: FakeTelemetry
+    def test_two_robots_with_the_same_number_are_named_by_their_ids(
+        self, telemetry: FakeTelemetry
     ) -> None:
-        """A third is not touched by that."""
-        sample.join(0, 1, number=0)
-        sample.join(2, number=7)
-        names = [sample.view.name_of(robot) for robot in IDS[:3]]
+        """Others are not affected."""
+        telemetry.join(0, 1, number=0)
+        telemetry.join(2, number=7)
+        names = [telemetry.view.name_of(robot) for robot in IDS[:3]]
         assert names == [IDS[0].hex()[:8], IDS[1].hex()[:8], "#7"]
 
-    def test_of_several_colonies_the_colony_is_said(self, sample: FakeTelemetry) -> None:
+    def test_with_several_colonies_names_have_the_colony(self, telemetry: FakeTelemetry) -> None:
         """Numbers may repeat then."""
-        sample.join(0, number=0)
-        sample.join(1, number=0, colony="red")
-        sample.pass_s(0.5)
-        assert [sample.view.name_of(robot) for robot in IDS[:2]] == ["blue #0", "red #0"]
+        telemetry.join(0, number=0)
+        telemetry.join(1, number=0, colony="red")
+        telemetry.pass_s(0.5)
+        assert [telemetry.view.name_of(robot) for robot in IDS[:2]] == ["blue #0", "red #0"]
 
     @given(
         st.lists(
             st.tuples(st.sampled_from(["blue", "red"]), st.none() | st.integers(0, 3)), max_size=12
         )
     )
-    def test_no_two_are_called_alike(self, robots: list[tuple[str, int | None]]) -> None:
-        """Whatever numbers they say they have, in however many colonies."""
-        sample = FakeTelemetry()
+    def test_no_two_robots_have_the_same_name(self, robots: list[tuple[str, int | None]]) -> None:
+        """Whatever numbers they publish, in however many colonies."""
+        telemetry = FakeTelemetry()
         for robot, (colony, number) in enumerate(robots):
-            sample.come(robot, colony=colony)
+            telemetry.come(robot, colony=colony)
             if number is not None:
-                sample.state(robot, colony=colony, number=number)
-        sample.pass_s(0.5)
-        sample.pass_s(0.5)
-        names = [sample.view.name_of(robot) for robot in IDS[: len(robots)]]
+                telemetry.state(robot, colony=colony, number=number)
+        telemetry.pass_s(0.5)
+        telemetry.pass_s(0.5)
+        names = [telemetry.view.name_of(robot) for robot in IDS[: len(robots)]]
         assert len(set(names)) == len(names)
 
 
-def test_an_agents_name_tells_its_number_and_its_robot() -> None:
-    """A name that tells no robot is nobody's."""
+def test_an_agents_name_has_its_number_and_its_robot() -> None:
+    """A name without a robot has an empty one."""
     assert agent_number(agent(3, 17)) == "17"
     assert agent_robot(agent(3, 17)) == IDS[3]
     assert (agent_number("x"), agent_robot("x")) == ("x", b"")

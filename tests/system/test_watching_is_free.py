@@ -22,8 +22,8 @@ HZ = 30.0
 SECONDS = 4.0
 
 
-def test_a_lockstep_colony_has_the_same_history_with_any_viewer(tmp_path: Path) -> None:
-    """The hash is that of the unwatched run, though viewer and dashboard stall and are killed."""
+def test_a_lockstep_colony_has_the_same_history_whoever_watches(tmp_path: Path) -> None:
+    """Unwatched, and watched with a viewer stalled, the dashboard stalled, and both killed, the hash is the same."""
     words = [*settings("generations=5"), "--seed", "3"]
     hashes = []
     with colony(tmp_path) as made:
@@ -37,34 +37,34 @@ def test_a_lockstep_colony_has_the_same_history_with_any_viewer(tmp_path: Path) 
                 "launch", "launch", "-n", "4", "--lockstep", *words, "--listen", made.endpoint,
                 "--out", str(tmp_path / "launched"),
             )  # fmt: skip
-            wait_until(lambda: viewer.until_s("sim") > 0.0, "the viewer shows the colony")
+            wait_until(lambda: viewer.until_s("sim") > 0.0, "the viewer shows it")
             viewer.process.signal(signal.SIGSTOP)
-            wait_until(_has_started(tmp_path, 2), "two generations with a stalled viewer")
+            wait_until(_has_come(tmp_path, 2), "two generations with a stalled viewer")
             dashboard.signal(signal.SIGSTOP)
-            wait_until(_has_started(tmp_path, 3), "one more with a stalled dashboard")
+            wait_until(_has_come(tmp_path, 3), "one more with a stalled dashboard")
             viewer.process.kill()
             dashboard.kill()
             assert launched.wait(120.0) == 0, launched.said
     for run in ("evolved", "launched"):
-        record = json.loads((tmp_path / run / "run.json").read_text())
-        hashes.append(record["history_hash"])
+        message = json.loads((tmp_path / run / "run.json").read_text())
+        hashes.append(message["history_hash"])
     assert hashes[0] == hashes[1]
 
 
-def _has_started(folder: Path, generation: int) -> Callable[[], bool]:
-    """Return a condition: all robots of a lockstep colony have started a generation, by their logs."""
+def _has_come(folder: Path, generation: int) -> Callable[[], bool]:
+    """Return what tells whether a lockstep colony has begun a generation, as robots' logs say."""
     logs = folder / "launched" / "logs"
 
-    def has_started() -> bool:
+    def has_come() -> bool:
         texts = [log.read_text() for log in logs.glob("robot-*.log")]
         return bool(texts) and all(f"generation {generation}" in text for text in texts)
 
-    return has_started
+    return has_come
 
 
 @pytest.fixture
 def periods() -> Callable[[zenoh.Session, float], np.ndarray]:
-    """Return a function that measures the control periods (s) of all bodies for some seconds, by their actions."""
+    """Return what measures the control periods (s) of all bodies for a while, by their actions."""
 
     def measure(session: zenoh.Session, seconds: float) -> np.ndarray:
         at: dict[str, list[float]] = {}
@@ -82,10 +82,10 @@ def periods() -> Callable[[zenoh.Session, float], np.ndarray]:
     return measure
 
 
-def test_robots_keep_their_control_period_with_any_viewer(
+def test_robots_keep_their_control_period_whoever_watches(
     tmp_path: Path, periods: Callable[[zenoh.Session, float], np.ndarray]
 ) -> None:
-    """At 30 Hz the median period is the same, and hardly one is missed, with no, a stalled and a killed viewer."""
+    """At 30 Hz the median period is the same, and hardly one is missed, with nobody, a stalled and a killed viewer."""
     with colony(tmp_path) as made:
         made.arena(4, "--hz", str(HZ))
         robots = [made.robot() for _ in range(4)]
@@ -95,7 +95,7 @@ def test_robots_keep_their_control_period_with_any_viewer(
             unwatched = periods(session, SECONDS)
             dashboard, url, _ = made.dashboard()
             with headless_viewer(url, tmp_path / "viewer.log") as viewer:
-                wait_until(lambda: viewer.until_s("sim") > 0.0, "the viewer shows the colony")
+                wait_until(lambda: viewer.until_s("sim") > 0.0, "the viewer shows it")
                 viewer.process.signal(signal.SIGSTOP)
                 stalled_viewer = periods(session, SECONDS)
                 dashboard.signal(signal.SIGSTOP)
@@ -103,8 +103,8 @@ def test_robots_keep_their_control_period_with_any_viewer(
                 viewer.process.kill()
                 dashboard.kill()
             killed = periods(session, SECONDS)
-    for measured in (stalled_viewer, stalled_dashboard, killed):
-        assert abs(float(np.median(measured)) - float(np.median(unwatched))) < 0.05 / HZ
-        min_count = 0.97 * SECONDS * HZ * 4
-        assert len(measured) > min_count, "no control periods were left out"
-        print(f"p99 {np.quantile(measured, 0.99):.4f} s", file=sys.stderr)
+    for status in (stalled_viewer, stalled_dashboard, killed):
+        assert abs(float(np.median(status)) - float(np.median(unwatched))) < 0.05 / HZ
+        least = 0.97 * SECONDS * HZ * 4
+        assert len(status) > least, "no control periods were left out"
+        print(f"p99 {np.quantile(status, 0.99):.4f} s", file=sys.stderr)

@@ -22,25 +22,22 @@ from crcolony.protocol.identity import RobotId
 from crcolony.protocol.mating_messages import Encounter
 from crcolony.protocol.telemetry_messages import SILENT_AFTER_S, Scene, SceneRobot
 from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from tests.support.arena_pixels import ROOM_M, Pixels
 from tests.support.drawn_frames import DrawnFrames, Frame, Line, MatingLines, is_near
 from tests.support.process import Process, wait_until
 from tests.support.process_colony import Colony, colony
 from tests.support.rerun_viewer import HeadlessViewer, Picture, headless_viewer
-from tests.support.telemetry_recorder import BODY_M, TelemetryRecorder, room_m
+from tests.support.telemetry_recorder import TelemetryRecorder, room_m
 
 ROBOTS = 4
 HUNGRY = ("life.initial_energy=0.6", "life.energy_per_step=0.004", "arena.packs=2")
 
 TABS = ("Arena", "Life", "Evolution", "Lineage", "Network", "Log")
-ROOM_M = 0.2
-"""A robot is isolated if nothing is nearer to its centre than this: nothing hides its disc"""
 MAX_LAG_S = 3.0
 """From the arrival of telemetry to its drawing, on a busy machine"""
 MAX_STATE_AGE_S = 6.0
 """Of a state whose energy is drawn: without a newer one for so long, robots are drawn grey"""
 PICTURE_TIMEOUT_S = 30.0
-WALL_PX = 5.0
-"""Width of the walls on a picture"""
 
 Measure = Callable[[Picture], float]
 
@@ -104,60 +101,6 @@ def seen(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WatchedColony]:
     """A colony that all tests of this file share."""
     with watched_colony(tmp_path_factory.mktemp("seen")) as watched:
         yield watched
-
-
-class Pixels:
-    """Converts metres of an arena to pixels of a picture, by the walls in it."""
-
-    def __init__(self, picture: Picture, scene: Scene) -> None:
-        self.picture = picture
-        is_wall = np.all(np.abs(picture.astype(int) - palette.DIM) < 14, axis=-1)
-        columns = np.flatnonzero(is_wall.sum(axis=0) > 0.5 * is_wall.sum(axis=0).max())
-        rows = np.flatnonzero(is_wall.sum(axis=1) > 0.5 * is_wall.sum(axis=1).max())
-        self._left, self._right = float(columns.min()), float(columns.max())
-        self._top, self._bottom = float(rows.min()), float(rows.max())
-        self.per_m = (self._right - self._left - WALL_PX) / scene.width_m
-
-    def of(self, x_m: float, y_m: float) -> tuple[float, float]:
-        """Return the column and the row of a position."""
-        middle = (0.5 * (self._left + self._right), 0.5 * (self._top + self._bottom))
-        return middle[0] + self.per_m * x_m, middle[1] - self.per_m * y_m
-
-    def disc(self, robot: SceneRobot) -> tuple[float, float] | None:
-        """Return the centre of the disc that is drawn near a robot's position, by its edges; None if there is none."""
-        column, row = self.of(robot.x_m, robot.y_m)
-        rows, columns = np.indices(self.picture.shape[:2])
-        is_near = np.hypot(rows - row, columns - column) < (ROOM_M - 0.01) * self.per_m
-        is_disc = is_near & (np.ptp(self.picture.astype(int), axis=-1) > 50)
-        least = 0.25 * BODY_M * self.per_m  # more than what is thin: the line of a mating
-        high = np.flatnonzero(is_disc.sum(axis=1) > least)
-        wide = np.flatnonzero(is_disc.sum(axis=0) > least)
-        if not len(high) or not len(wide):
-            return None
-        return 0.5 * (wide[0] + wide[-1]), 0.5 * (high[0] + high[-1])
-
-    def off_px(self, robots: list[SceneRobot]) -> float:
-        """Return the largest distance between a robot's position and the disc that is drawn of it."""
-        worst = 0.0
-        for robot in robots:
-            found = self.disc(robot)
-            if found is None:
-                return float("inf")
-            column, row = self.of(robot.x_m, robot.y_m)
-            worst = max(worst, float(np.hypot(found[0] - column, found[1] - row)))
-        return worst
-
-    def ring(self, robot: SceneRobot) -> np.ndarray:
-        """Return the median colour of a robot's ring, (3,)."""
-        angles = robot.heading_rad + np.linspace(0.7, 2 * np.pi - 0.7, 40)
-        places = [
-            self.of(
-                robot.x_m + 0.84 * BODY_M * np.cos(angle), robot.y_m + 0.84 * BODY_M * np.sin(angle)
-            )
-            for angle in angles
-        ]
-        colours = [self.picture[round(row), round(column)] for column, row in places]
-        return np.asarray(np.median(np.array(colours, dtype=float), axis=0))
 
 
 def isolated_frames(seen: WatchedColony) -> list[tuple[Frame, Scene, list[SceneRobot]]]:
@@ -238,54 +181,79 @@ class DrawnMating:
     """The first drawing of its line"""
     scene: Scene
     """That was drawn then"""
+    last_s: float
+    """When the last mating of the two robots arrived before the line was removed"""
     after: MatingLines
-    """The first later drawing without it"""
+    """The first drawing without it"""
     scene_after: Scene
 
 
 def drawn_matings(seen: WatchedColony) -> list[DrawnMating]:
-    """Return the matings so far whose lines were drawn and removed, of pairs that did not mate again meanwhile."""
+    """Return the matings so far whose lines were drawn and removed, with no other line in their place afterwards."""
     frames, drawings = seen.frames(), seen.drawn.mating_lines
-    times_s = [frame.unix_s for frame, _ in frames]
+    frame_times_s = [frame.unix_s for frame, _ in frames]
+    times_s = [drawing.unix_s for drawing in drawings]
+    reports = [(at_s, mated.encounter) for at_s, mated in list(seen.recorder.matings)]
 
     def scene_at(unix_s: float) -> Scene:
-        return frames[max(0, bisect_right(times_s, unix_s) - 1)][1]
+        return frames[max(0, bisect_right(frame_times_s, unix_s) - 1)][1]
 
     def has_line(drawing: MatingLines, encounter: Encounter) -> bool:
         ends = _ends(scene_at(drawing.unix_s), encounter)
         return ends is not None and any(is_near(ends, line) for line in drawing.lines)
 
     found: dict[Encounter, DrawnMating] = {}
-    matings = [(at_s, mated.encounter) for at_s, mated in list(seen.recorder.matings)]
-    for at_s, encounter in matings:
-        near = [d for d in drawings if at_s - 0.5 < d.unix_s < at_s + 2 * MAX_LAG_S]
-        with_line = [has_line(drawing, encounter) for drawing in near]
-        if encounter in found or True not in with_line:
+    for at_s, encounter in reports:
+        start = bisect_right(times_s, at_s - 0.5)
+        if encounter in found or (start > 0 and has_line(drawings[start - 1], encounter)):
             continue
-        start = with_line.index(True)
-        pair = {encounter.initiator, encounter.responder}
-        is_repeated = any(
-            {other.initiator, other.responder} == pair and abs(other_s - at_s) < 3 * MAX_LAG_S
-            for other_s, other in matings
-            if other != encounter
+        soon = drawings[start : bisect_right(times_s, at_s + MAX_LAG_S)]
+        first = next((drawing for drawing in soon if has_line(drawing, encounter)), None)
+        if first is None:
+            continue
+        later = drawings[drawings.index(first) :]
+        after = next((drawing for drawing in later if not has_line(drawing, encounter)), None)
+        ends = _ends(scene_at(after.unix_s), encounter) if after is not None else None
+        if after is None or ends is None or min_gap_m(ends, after.lines) < 0.05:
+            continue
+        last_s = max(
+            s for s, other in reports if is_same_pair(other, encounter) and s < after.unix_s
         )
-        if is_repeated or False not in with_line[start:]:
-            continue
-        end = with_line.index(False, start)
-        first, after = near[start], near[end]
-        scenes = scene_at(first.unix_s), scene_at(after.unix_s)
-        found[encounter] = DrawnMating(encounter, first, scenes[0], after, scenes[1])
+        scene, scene_after = scene_at(first.unix_s), scene_at(after.unix_s)
+        found[encounter] = DrawnMating(encounter, first, scene, last_s, after, scene_after)
     return list(found.values())
 
 
+def is_same_pair(one: Encounter, other: Encounter) -> bool:
+    """Return whether two encounters are of the same two robots."""
+    return {one.initiator, one.responder} == {other.initiator, other.responder}
+
+
+def between(ends: Line) -> np.ndarray:
+    """Return 21 points on the middle part of a line, where no disc hides it, (21, 2)."""
+    one, other = np.array(ends)
+    return np.asarray(one + np.linspace(0.3, 0.7, 21)[:, None] * (other - one))
+
+
+def min_gap_m(ends: Line, lines: list[Line]) -> float:
+    """Return the smallest distance of the middle part of a line to some others."""
+    gaps_m = [float("inf")]
+    for one, other in np.array(lines).reshape(-1, 2, 2):
+        along = (other - one) / max(1e-12, float((other - one) @ (other - one)))
+        shares = np.clip((between(ends) - one) @ along, 0.0, 1.0)
+        nearest = one + shares[:, None] * (other - one)
+        gaps_m.append(float(np.linalg.norm(between(ends) - nearest, axis=1).min()))
+    return min(gaps_m)
+
+
 def test_a_mating_is_a_line_between_the_two_that_mated(seen: WatchedColony) -> None:
-    """Soon after a mating was published a bright line joins the two robots, and it is removed again."""
+    """Soon after a mating arrived a bright line joins the two robots, and it is removed again."""
     seen.wait_for(lambda: len(drawn_matings(seen)) >= 3, "matings are drawn")
     for mating in drawn_matings(seen)[:3]:
         share = partial(line_share, scene=mating.scene, encounter=mating.encounter)
         _, drawn = seen.picture(mating.first.unix_s, share, lambda value: value > 0.8)
         assert drawn > 0.8, mating
-        assert mating.after.unix_s - mating.first.unix_s < MATING_S + MAX_LAG_S
+        assert mating.after.unix_s - mating.last_s < MATING_S + MAX_LAG_S
         share = partial(line_share, scene=mating.scene_after, encounter=mating.encounter)
         _, drawn = seen.picture(mating.after.unix_s, share, lambda value: value < 0.2)
         assert drawn < 0.2, mating
@@ -307,8 +275,7 @@ def line_share(picture: Picture, scene: Scene, encounter: Encounter) -> float:
     except ValueError:
         return float("nan")
     hits = []
-    for share in np.linspace(0.3, 0.7, 21):
-        x_m, y_m = ((1 - share) * a + share * b for a, b in zip(*ends, strict=True))
+    for x_m, y_m in between(ends):
         column, row = pixels.of(x_m, y_m)
         around = picture[round(row) - 6 : round(row) + 7, round(column) - 6 : round(column) + 7]
         nearest = [

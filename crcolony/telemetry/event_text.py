@@ -9,10 +9,10 @@ from crcolony.protocol.telemetry_messages import EncounterOutcome, Exchanged, Fa
 
 _EXPLANATIONS: dict[Outcome, str] = {
     "expired": "no reply in time",
-    "orphaned": "the partner has not come back",
-    "doubt": "the partner has not sent its decision",
+    "orphaned": "the partner did not return",
+    "doubt": "the partner's decision is unknown",
     "resolved": "the partner is back",
-    "storage": "no room on the disk",
+    "storage": "the disk is full",
 }
 """Of outcomes that do not explain themselves."""
 
@@ -35,7 +35,7 @@ def format_event(
         case Died(agent=agent):
             return f"agent {agent.rpartition('/')[2]} starved"
         case TurnedOver(generation=generation, offspring=offspring):
-            return f"begins generation {generation} from {offspring} offspring"
+            return f"starts generation {generation} from {offspring} offspring"
         case Fault(what=what):
             return what
     return None

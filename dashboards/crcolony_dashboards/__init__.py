@@ -1,1 +1,1 @@
-"""Watching colonies in Rerun: live (`live.py`), and again from what was recorded (`replay.py`)."""
+"""Dashboards of colonies in Rerun: live (`live.py`), and of recorded or re-simulated runs (`replay.py`)."""

@@ -1,4 +1,4 @@
-"""The dashboard: six tabs, fed with what is heard, live or from a recording."""
+"""The dashboard: six tabs, drawn from the telemetry of colonies, live or recorded."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -21,7 +21,10 @@ if TYPE_CHECKING:
 
 
 class Dashboard:
-    """Draws what a `ColonyMonitor` knows. `agent` is whose potentials are drawn, "" for whoever mated most."""
+    """Draws the state of a `ColonyMonitor`.
+
+    `agent` names the agent whose potentials are drawn; if empty, it is the one that mated most.
+    """
 
     def __init__(self, monitor: ColonyMonitor, agent: str = "") -> None:
         self.view = ColonyView(monitor)
@@ -33,12 +36,12 @@ class Dashboard:
             NetworkTab(),
             LogTab(),
         )
-        self._count = Throttle(1.0)
+        self._rate_throttle = Throttle(1.0)
         self._sim_s = 0.0
-        """The colony's time as it was known last"""
+        """The last known time of the colony, kept when its arena is gone"""
 
     def blueprint(self, timeline: str, is_live: bool) -> "rrb.Blueprint":
-        """Return the layout that viewers begin with."""
+        """Return the layout of all tabs, with the timeline that viewers show first."""
         import rerun.blueprint as rrb
 
         return rrb.Blueprint(
@@ -55,21 +58,21 @@ class Dashboard:
         )
 
     def setup(self, streams: RerunStreams) -> None:
-        """Draw what never changes."""
+        """Log static data; called once, before anything is drawn."""
         for tab in self.tabs:
             tab.setup(streams)
 
     def handle_changes(self, changes: Sequence[StatusChange], unix_s: float) -> None:
-        """Take what has happened, in order."""
-        for one in changes:
-            self.view.handle_change(one, unix_s)
+        """Process status changes in order, received at `unix_s`."""
+        for change in changes:
+            self.view.handle_change(change, unix_s)
 
     def draw(self, streams: RerunStreams, unix_s: float) -> None:
-        """Draw everything that is due now."""
+        """Draw everything that is due at `unix_s`."""
         view = self.view
         view.monitor.handle_timeouts(unix_s)
         view.refresh(unix_s)
-        if self._count.is_due(unix_s):
+        if self._rate_throttle.is_due(unix_s):
             view.update_rates(unix_s)
         sim_s = view.sim_s()
         self._sim_s = self._sim_s if sim_s is None else sim_s

@@ -1,11 +1,10 @@
-"""The dashboard of colonies that live: a process that listens, draws, and is in nobody's way.
+"""The dashboard of live colonies: it subscribes to their telemetry, draws ten times a second, and never blocks them.
 
-What is heard waits in a queue until the one thread that draws takes it, ten times a second. Robots and arenas only
-publish, whether anybody listens or not; a dashboard may come late, stall, be killed and come back.
+Received samples wait in a queue until the single drawing thread processes them. Robots and arenas publish whether or
+not anybody subscribes, so a dashboard may start late, stall, be killed and restart.
 """
 
 import contextlib
-import sys
 import threading
 import time
 import uuid
@@ -17,156 +16,156 @@ from crcolony.recordings.telemetry_file import TELEMETRY_FILE, TelemetryFile
 from crcolony.shutdown import ShutdownSignal
 from crcolony.telemetry.subscriber import TelemetrySubscriber
 from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from crcolony_dashboards.colony_announcer import ColonyAnnouncer
 from crcolony_dashboards.dashboard import Dashboard
-from crcolony_dashboards.rerun_check import check_rerun
+from crcolony_dashboards.preconditions import check_rerun
 from crcolony_dashboards.rerun_streams import RerunStreams, open_live
-from crcolony_dashboards.rrd_file import MAX_BYTES, leave, open_film, optimize_rrd
+from crcolony_dashboards.rrd_file import MAX_BYTES, exit_if_stuck, open_rrd, optimize_rrd
 from crcolony_dashboards.throttle import Throttle
 from crcolony_dashboards.viewers import Viewer, open_browser, open_native, serve_web
 
-FILM = "dashboard.rrd"
-_PERIOD_S = 0.1
-_GONE_S = 2.0
+RRD_FILE = "dashboard.rrd"
+_DRAW_PERIOD_S = 0.1
+_UPKEEP_PERIOD_S = 2.0
+"""How often recordings are written to disk and viewers are checked"""
 _HISTORY = 1_000
-"""Events before its coming that a dashboard asks every robot for"""
+"""Earlier events that are requested from every robot"""
 
 
 @dataclass(frozen=True)
 class DashboardOptions:
-    """What to watch, and how to show it."""
+    """What a dashboard subscribes to, and how it is shown."""
 
     network: NetworkSettings
     colony: str
+    """Name of the colony; `*` for all"""
     port: int
+    """That viewers connect to"""
     folder: Path | None
-    """Where it is recorded; None: nowhere"""
+    """Where the dashboard is recorded; None for no recording"""
     web_port: int | None = None
-    """None: no web viewer"""
+    """Port of the web viewer; None for no web viewer"""
     native: bool = False
+    """Whether to open the native viewer"""
     agent: str = ""
-    """Whose potentials are drawn; empty: the best one's"""
+    """The agent whose potentials are drawn; empty for the best one"""
     minutes: float | None = None
+    """Stop after this time; None for never"""
 
 
-def run_dashboard(watching: DashboardOptions) -> None:
-    """Watch until told to stop. Raises Refusal if the dashboard cannot be shown."""
+def run_dashboard(options: DashboardOptions) -> None:
+    """Run a dashboard until a signal stops it. Raises DashboardError if it cannot be shown."""
     check_rerun()
-    woken = threading.Event()
-    stop = ShutdownSignal(watching.minutes, wake=woken.set)
-    with contextlib.ExitStack() as open_things:
-        session = open_things.enter_context(open_session(watching.network))
-        sample = _telemetry(watching)
-        if sample is not None:
-            open_things.callback(_end_recording, sample)
+    wake = threading.Event()
+    should_stop = ShutdownSignal(options.minutes, wake=wake.set)
+    with contextlib.ExitStack() as stack:
+        session = stack.enter_context(open_session(options.network))
+        telemetry_file = _open_telemetry_file(options)
+        if telemetry_file is not None:
+            stack.callback(_close_telemetry_file, telemetry_file)
         subscriber = TelemetrySubscriber(
             session,
-            watching.colony,
+            options.colony,
             sends_requests=True,
             history=_HISTORY,
-            on_raw_sample=sample.add if sample is not None else lambda raw: None,
+            on_raw_sample=telemetry_file.add if telemetry_file is not None else lambda raw: None,
         )
-        dashboard = Dashboard(subscriber.monitor, watching.agent)
-        streams, url = _streams(watching, dashboard)
-        open_things.callback(_end_showing, streams)
-        viewers = open_things.enter_context(_viewers(watching, url))
+        dashboard = Dashboard(subscriber.monitor, options.agent)
+        streams, url = _open_streams(options, dashboard)
+        stack.callback(_close_streams, streams)
+        viewers = stack.enter_context(_open_viewers(options, url))
         _print_line(f"dashboard at {url}")
-        _monitor(subscriber, dashboard, streams, sample, viewers, stop, woken)
-    leave(streams.rrd)
+        upkeep = _Upkeep(streams, telemetry_file, viewers)
+        _draw_until_stopped(subscriber, dashboard, streams, upkeep, should_stop, wake)
+    exit_if_stuck(streams.rrd)
 
 
-def _monitor(
+def _draw_until_stopped(
     subscriber: TelemetrySubscriber,
     dashboard: Dashboard,
     streams: RerunStreams,
-    sample: TelemetryFile | None,
-    viewers: list[Viewer],
-    stop: Callable[[], bool],
-    woken: threading.Event,
+    upkeep: "_Upkeep",
+    should_stop: Callable[[], bool],
+    wake: threading.Event,
 ) -> None:
-    """Draw ten times a second; say who has come and gone, and what has failed."""
+    """Draw ten times a second, and print which colonies are online and what has failed."""
     dashboard.setup(streams)
-    upkeep, presence = Throttle(2.0), ColonyAnnouncer()
+    upkeep_throttle, announcer = Throttle(_UPKEEP_PERIOD_S), ColonyAnnouncer()
     next_s = time.monotonic()
-    while not stop():
+    while not should_stop():
         now_s = time.time()
         dashboard.handle_changes(subscriber.poll(), now_s)
         dashboard.draw(streams, now_s)
         colonies = {status.colony for status in dashboard.view.alive}
-        for line in presence.changes(colonies, now_s):
+        lines = announcer.update(colonies, now_s)
+        if upkeep_throttle.is_due(now_s):
+            lines += upkeep.run()
+        for line in lines:
             _print_line(line)
-        if upkeep.is_due(now_s):
-            trouble = [streams.rrd.check() if streams.rrd else None]
-            trouble.append(sample.commit() if sample else None)
-            for what in filter(None, trouble):
-                _print_line(what)
-            for viewer in [viewer for viewer in viewers if viewer.ended is not None]:
-                viewers.remove(viewer)
-                _print_line("the viewer was closed; the dashboard goes on")
-        next_s = max(next_s + _PERIOD_S, time.monotonic())
-        woken.wait(next_s - time.monotonic())
+        next_s = max(next_s + _DRAW_PERIOD_S, time.monotonic())
+        wake.wait(next_s - time.monotonic())
 
 
-class ColonyAnnouncer:
-    """Tells who is there to be watched. Somebody who is gone for a moment only was always there."""
+@dataclass
+class _Upkeep:
+    """Writes recordings to disk, and notices viewers that were closed."""
 
-    def __init__(self) -> None:
-        self._said: set[str] | None = None
-        self._there_s: dict[str, float] = {}
+    streams: RerunStreams
+    telemetry_file: TelemetryFile | None
+    viewers: list[Viewer]
 
-    def changes(self, colonies: set[str], now_s: float) -> list[str]:
-        """Return what to say about it, if that has changed."""
-        self._there_s |= dict.fromkeys(colonies, now_s)
-        there = {name for name, seen_s in self._there_s.items() if now_s - seen_s < _GONE_S}
-        said, self._said = self._said, there
-        if there == said:
-            return []
-        new = [f"watching {name}" for name in sorted(there - (said or set()))]
-        if there or said is None:
-            return new or ["no colony on the network yet; looking …"] * (not there)
-        return ["nobody is there any more; looking …"]
+    def run(self) -> list[str]:
+        """Return a message for every failure and every closed viewer since the last call."""
+        errors = [self.streams.rrd.check() if self.streams.rrd else None]
+        errors.append(self.telemetry_file.commit() if self.telemetry_file else None)
+        lines = [error for error in errors if error]
+        for viewer in [viewer for viewer in self.viewers if viewer.exit_code is not None]:
+            self.viewers.remove(viewer)
+            lines.append("the viewer was closed; the dashboard continues")
+        return lines
 
 
-def _streams(watching: DashboardOptions, dashboard: Dashboard) -> tuple[RerunStreams, str]:
+def _open_streams(options: DashboardOptions, dashboard: Dashboard) -> tuple[RerunStreams, str]:
     blueprint = dashboard.blueprint("wall", is_live=True)
     run = f"crcolony-{uuid.uuid4().hex[:8]}"
-    live, url = open_live(watching.port, run, blueprint)
+    live, url = open_live(options.port, run, blueprint)
     rrd = None
-    if watching.folder is not None:
-        rrd = open_film(free_name(watching.folder / FILM), run, blueprint)
-        _print_line(f"recorded into {watching.folder}")
+    if options.folder is not None:
+        rrd = open_rrd(unused_path(options.folder / RRD_FILE), run, blueprint)
+        _print_line(f"recorded into {options.folder}")
     return RerunStreams(live, rrd), url
 
 
-def _end_showing(streams: RerunStreams) -> None:
-    """Close all streams, and put the film in order unless that would take long."""
-    is_whole = streams.rrd is not None and streams.rrd.stream is not None
+def _close_streams(streams: RerunStreams) -> None:
+    """Close all streams, and optimize the recording unless that would take long."""
+    is_complete = streams.rrd is not None and streams.rrd.stream is not None
     streams.close()
-    rrd = streams.rrd.path if streams.rrd is not None and is_whole else None
-    if rrd is not None and rrd.stat().st_size < MAX_BYTES:
-        optimize_rrd(rrd)
+    path = streams.rrd.path if streams.rrd is not None and is_complete else None
+    if path is not None and path.stat().st_size < MAX_BYTES:
+        optimize_rrd(path)
 
 
-def _end_recording(sample: TelemetryFile) -> None:
-    trouble = sample.close()
-    if trouble is not None:
-        _print_line(trouble)
+def _open_telemetry_file(options: DashboardOptions) -> TelemetryFile | None:
+    return TelemetryFile.open(options.folder / TELEMETRY_FILE) if options.folder else None
 
 
-def _telemetry(watching: DashboardOptions) -> TelemetryFile | None:
-    return TelemetryFile.open(watching.folder / TELEMETRY_FILE) if watching.folder else None
+def _close_telemetry_file(telemetry_file: TelemetryFile) -> None:
+    error = telemetry_file.close()
+    if error is not None:
+        _print_line(error)
 
 
 @contextlib.contextmanager
-def _viewers(watching: DashboardOptions, url: str) -> Iterator[list[Viewer]]:
-    """The viewers that were asked for; they are closed when this is left."""
+def _open_viewers(options: DashboardOptions, url: str) -> Iterator[list[Viewer]]:
+    """Open the viewers that the options name, and close them on exit."""
     viewers: list[Viewer] = []
     try:
-        if watching.web_port is not None:
-            viewer, address = serve_web(url, watching.web_port)
+        if options.web_port is not None:
+            viewer, address = serve_web(url, options.web_port)
             viewers.append(viewer)
             is_open = open_browser(address)
             _print_line(f"{'opened' if is_open else 'open'} in a browser: {address}")
-        if watching.native:
+        if options.native:
             viewers.append(open_native(url))
         yield viewers
     finally:
@@ -174,14 +173,14 @@ def _viewers(watching: DashboardOptions, url: str) -> Iterator[list[Viewer]]:
             viewer.close()
 
 
-def free_name(path: Path) -> Path:
-    """Return a path, or one with the next number if there is such a file already."""
-    number, free = 1, path
-    while free.exists():
+def unused_path(path: Path) -> Path:
+    """Return the path, or if it exists, the first that does not with `-2`, `-3` and so on before its suffix."""
+    number, unused = 1, path
+    while unused.exists():
         number += 1
-        free = path.with_name(f"{path.stem}-{number}{path.suffix}")
-    return free
+        unused = path.with_name(f"{path.stem}-{number}{path.suffix}")
+    return unused
 
 
 def _print_line(line: str) -> None:
-    print(line, flush=True, file=sys.stdout)
+    print(line, flush=True)

@@ -1,4 +1,4 @@
-"""The dashboard of a run that is over, as a film: what was recorded of it is heard again, or it is lived again."""
+"""The dashboard of a run that has ended, as a recording (.rrd): from its recorded telemetry, or re-simulated."""
 
 import itertools
 from collections.abc import Iterable
@@ -9,67 +9,70 @@ from crcolony.recordings.sources import is_recorded, samples_of
 from crcolony.telemetry.colony_monitor import ColonyMonitor
 from crcolony.telemetry.samples import SceneSample, TelemetrySample
 from crcolony_dashboards.dashboard import Dashboard
-from crcolony_dashboards.rerun_check import DashboardError, check_rerun
+from crcolony_dashboards.preconditions import DashboardError, check_rerun
 from crcolony_dashboards.rerun_streams import RerunStreams
-from crcolony_dashboards.rrd_file import RrdFile, leave, open_film, optimize_rrd
+from crcolony_dashboards.rrd_file import RrdFile, exit_if_stuck, open_rrd, optimize_rrd
 from crcolony_dashboards.throttle import Throttle
 from crcolony_dashboards.viewers import open_file
 
-REPLAY = "replay.rrd"
-_PERIOD_S, _SILENT_S = 0.1, 2.0
-_COARSE_S = 600.0
-"""Of the colony's time: how often a run that is lived again is drawn where no arena is shown"""
+REPLAY_FILE = "replay.rrd"
+_DRAW_PERIOD_S = 0.1
+"""Of the colony's time, while there are scenes"""
+_COARSE_PERIOD_S = 600.0
+"""Of the colony's time, while a re-simulated run has no scenes"""
+_SCENE_TIMEOUT_S = 2.0
+"""So long after a scene it is still drawn at the fine period"""
 
 
 def run_replay(
     path: Path, out: Path | None, windows: Windows, agent: str = "", native: bool = False
 ) -> None:
-    """Film the dashboard of a folder (or of one recording) into `out`, and open it if that is asked for.
+    """Draw the dashboard of a run's folder (or of one telemetry file) into `out`, and open it if `native`.
 
-    Raises Refusal: there is nothing to be heard, the film cannot be written, or a run that was lived again came out
-    otherwise than its folder says (the film is there then).
+    Raises CrcolonyError if there is no telemetry, if the recording cannot be written, or if a re-simulated run differs
+    from the recorded history (the recording is complete then).
     """
     check_rerun()
-    target = out or (path if path.is_dir() else path.parent) / REPLAY
-    sample = samples_of(path, windows)
-    first = next(sample, None)  # what cannot be read at all leaves no film
+    target = out or (path if path.is_dir() else path.parent) / REPLAY_FILE
+    samples = samples_of(path, windows)
+    first = next(samples, None)  # before the file is opened: what cannot be read leaves no file
     if first is None:
-        raise DashboardError(f"{path}: nothing was heard")
+        raise DashboardError(f"{path}: no telemetry")
     dashboard = Dashboard(ColonyMonitor(), agent)
     draft = target.with_name(target.name + ".part")
-    rrd = open_film(draft, "replay", dashboard.blueprint("sim", is_live=False))
-    trouble: str | None = None
+    rrd = open_rrd(draft, "replay", dashboard.blueprint("sim", is_live=False))
+    error: str | None = None
     try:
-        coarse_s = _PERIOD_S if is_recorded(path) else _COARSE_S
-        play(itertools.chain([first], sample), dashboard, rrd, coarse_s)
+        coarse_s = _DRAW_PERIOD_S if is_recorded(path) else _COARSE_PERIOD_S
+        draw_samples(itertools.chain([first], samples), dashboard, rrd, coarse_s)
     finally:
-        trouble = rrd.check()
+        error = rrd.check()
         rrd.close()
-        if trouble is None:
+        if error is None:
             optimize_rrd(draft)
             draft.replace(target)
             print(target, flush=True)
-    if trouble is not None:
-        leave(rrd, trouble)
-        raise DashboardError(trouble)
+    if error is not None:
+        exit_if_stuck(rrd, error)
+        raise DashboardError(error)
     if native:
         open_file(target)
 
 
-def play(
-    sample: Iterable[TelemetrySample], dashboard: Dashboard, rrd: RrdFile, coarse_s: float
+def draw_samples(
+    samples: Iterable[TelemetrySample], dashboard: Dashboard, rrd: RrdFile, coarse_s: float
 ) -> None:
-    """Draw what is heard as it was heard, ten times a second of its own time; `coarse_s` apart without scenes."""
-    streams, fine, coarse = RerunStreams(None, rrd), Throttle(_PERIOD_S), Throttle(coarse_s)
+    """Draw samples at their own times, ten times a second; without scenes only every `coarse_s` seconds."""
+    streams, fine, coarse = RerunStreams(None, rrd), Throttle(_DRAW_PERIOD_S), Throttle(coarse_s)
     dashboard.setup(streams)
     now_s = scene_s = 0.0
-    for one in sample:
-        before_s, now_s = now_s, one.unix_ms / 1000.0
-        is_shown = before_s - scene_s < _SILENT_S
-        if now_s > before_s > 0.0 and (fine if is_shown else coarse).is_due(before_s):
+    for sample in samples:
+        before_s, now_s = now_s, sample.unix_ms / 1000.0
+        has_scenes = before_s - scene_s < _SCENE_TIMEOUT_S
+        if now_s > before_s > 0.0 and (fine if has_scenes else coarse).is_due(before_s):
             dashboard.draw(streams, before_s)
-        if isinstance(one, SceneSample):
+        if isinstance(sample, SceneSample):
             scene_s = now_s
-        dashboard.handle_changes(dashboard.view.monitor.handle_sample(one), now_s)
+        dashboard.handle_changes(dashboard.view.monitor.handle_sample(sample), now_s)
     if now_s > 0.0:
         dashboard.draw(streams, now_s)

@@ -1,15 +1,15 @@
-"""Where the dashboard is drawn: a Rerun server that viewers come and go to, and a film of it on disk.
+"""Where the dashboard is drawn: a Rerun server that viewers connect to, and a recording on disk (.rrd).
 
-They are two recording streams of one name. The live one is flushed ten times a second. The film has longer chunks, so
-that it is a tenth of the size, and may end (on a full disk) while the live one goes on. Nothing here ever waits for a
-viewer. All of it belongs to one thread: Rerun's clock is the thread's.
+Both are recording streams of the same recording id. The live one is flushed ten times a second; the one on disk has
+longer chunks, which makes it a tenth of the size, and may end (on a full disk) before the live one. Nothing here waits
+for a viewer. All calls must be made by one thread: Rerun keeps the current time per thread.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from crcolony_dashboards.rerun_check import check_port
+from crcolony_dashboards.preconditions import check_port_is_free
 from crcolony_dashboards.rrd_file import RrdFile, close_stream, new_stream
 
 if TYPE_CHECKING:
@@ -17,41 +17,41 @@ if TYPE_CHECKING:
     import rerun.blueprint as rrb
 
 SERVER_MEMORY = "256MB"
-"""What late viewers get to see of the past; then the oldest is forgotten"""
+"""Of the server for viewers that connect late; when it is full the oldest data are dropped"""
 _LIVE_FLUSH_S = 0.1
 
 
 @dataclass(frozen=True)
 class Moment:
-    """When something is drawn, on the three timelines."""
+    """The time of a drawing on the three timelines."""
 
     unix_s: float
     sim_s: float
-    """The colony's own time; 0 before any is known"""
+    """The colony's own time; 0 before it is known"""
     generation: int
 
 
 class RerunStreams:
-    """Draws on all streams at once."""
+    """Logs to all streams at once."""
 
     def __init__(self, live: "rr.RecordingStream | None", rrd: "RrdFile | None") -> None:
         self.rrd = rrd
         self._streams = [live] if live is not None else []
 
     def set_time(self, moment: Moment) -> None:
-        """Say when what follows is."""
+        """Set the time of everything that is logged next."""
         for stream in self._all():
             stream.set_time("wall", timestamp=moment.unix_s)
             stream.set_time("generation", sequence=moment.generation)
             stream.set_time("sim", duration=moment.sim_s)
 
-    def log(self, path: str, *what: Any, static: bool = False) -> None:
-        """Draw something, in place of what was there."""
+    def log(self, path: str, *components: Any, static: bool = False) -> None:
+        """Log archetypes to an entity, replacing what it showed; static data are valid at all times."""
         for stream in self._all():
-            stream.log(path, *what, static=static, strict=True)
+            stream.log(path, *components, static=static, strict=True)
 
     def close(self) -> None:
-        """End all streams; a viewer that does not listen is not waited for."""
+        """Close all streams, without waiting for a viewer that has stalled."""
         for stream in self._streams:
             close_stream(stream)
         if self.rrd is not None:
@@ -63,13 +63,13 @@ class RerunStreams:
 
 
 def open_live(port: int, run: str, blueprint: "rrb.Blueprint") -> tuple["rr.RecordingStream", str]:
-    """Return a stream that viewers of this machine can come to, and where; raises DashboardError if the port is taken.
+    """Return a stream that viewers of this machine can connect to, and its URL.
 
-    There is one such server in the life of a process.
+    Raises DashboardError if the port is taken. Rerun allows one such server per process.
     """
     import rerun as rr
 
-    check_port(port, "--port")
+    check_port_is_free(port, "--port")
     stream = new_stream(run, _LIVE_FLUSH_S)
     sink = rr.GrpcServerSink("127.0.0.1", port, server_memory_limit=SERVER_MEMORY)
     stream.set_sinks(sink, default_blueprint=blueprint)

@@ -1,15 +1,15 @@
-"""When something that is done every so often is due, or done when it has changed."""
+"""When something is due that is done periodically, or when a value has changed."""
 
 
 class Throttle:
-    """Tells when something that is done every so often is due. The first time is at once."""
+    """Limits something to once a period; the first call is due at once."""
 
     def __init__(self, period_s: float) -> None:
         self._period_s = period_s
         self._next_s = -float("inf")
 
     def is_due(self, unix_s: float) -> bool:
-        """Return whether it is, and begin to wait for the next time; a clock that was set back holds nothing up."""
+        """Return whether it is due, and if so start the next period; a clock that was set back does not block it."""
         if 0.0 < self._next_s - unix_s < 2.0 * self._period_s:
             return False
         due_s = min(self._next_s, unix_s)
@@ -18,16 +18,19 @@ class Throttle:
 
 
 class ChangeDetector:
-    """Tells when something is to be drawn anew: it has changed, or was drawn so long ago that it may be forgotten."""
+    """Detects when something must be drawn again: its value has changed, or it was drawn long ago.
 
-    def __init__(self, again_s: float = 15.0) -> None:
-        self._again_s = again_s
+    Viewers that connect late have lost what was drawn before the server's memory was full.
+    """
+
+    def __init__(self, repeat_s: float = 15.0) -> None:
+        self._repeat_s = repeat_s
         self._last: object = None
         self._last_s = -float("inf")
 
-    def is_due(self, what: object, unix_s: float) -> bool:
-        """Return whether to draw it; `what` it is looks the same while it is the same."""
-        if what == self._last and abs(unix_s - self._last_s) < self._again_s:
+    def is_due(self, value: object, unix_s: float) -> bool:
+        """Return whether to draw something that depends on `value` only."""
+        if value == self._last and abs(unix_s - self._last_s) < self._repeat_s:
             return False
-        self._last, self._last_s = what, unix_s
+        self._last, self._last_s = value, unix_s
         return True

@@ -1,6 +1,6 @@
-"""Rerun's viewers, as processes beside the dashboard: one in a window of its own, one that a browser fetches.
+"""Rerun's viewers as child processes: the native one in its own window, and the one that is served to browsers.
 
-Rerun's command on the PATH is a script that starts the real program and would leave it behind; that program is started
+Rerun's command on the PATH is a script whose child, the actual program, would survive it; that program is started
 directly. On Linux it ends with the dashboard, however that ends.
 """
 
@@ -16,16 +16,16 @@ from collections.abc import Callable
 from pathlib import Path
 from urllib.parse import quote
 
-from crcolony_dashboards.rerun_check import DashboardError, check_port
+from crcolony_dashboards.preconditions import DashboardError, check_port_is_free
 
-_PATIENCE_S = 20.0
-_GRACE_S = 3.0
+_START_TIMEOUT_S = 20.0
+_STOP_TIMEOUT_S = 3.0
 
 
 class Viewer:
-    """A viewer that runs; one that is ours ends with us."""
+    """A running viewer; one that is attached ends with this process."""
 
-    def __init__(self, arguments: list[str], is_ours: bool = True) -> None:
+    def __init__(self, arguments: list[str], is_attached: bool = True) -> None:
         try:
             self._process = subprocess.Popen(
                 [str(rerun_program()), *arguments],
@@ -33,44 +33,44 @@ class Viewer:
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
                 start_new_session=True,
-                preexec_fn=_ending_with_us() if is_ours else None,
+                preexec_fn=_die_with_parent() if is_attached else None,
             )
         except OSError as error:
             raise DashboardError(f"the viewer does not start: {error.strerror}") from None
 
     @property
     def pid(self) -> int:
-        """Of its process."""
+        """The id of its process."""
         return self._process.pid
 
     @property
-    def ended(self) -> int | None:
-        """Its exit code, once it has ended."""
+    def exit_code(self) -> int | None:
+        """Its exit code; None while it runs."""
         return self._process.poll()
 
     def close(self) -> None:
-        """End it."""
+        """Stop it: SIGTERM, and SIGKILL if it does not end in time."""
         if self._process.poll() is None:
             self._process.terminate()
             try:
-                self._process.wait(_GRACE_S)
+                self._process.wait(_STOP_TIMEOUT_S)
             except subprocess.TimeoutExpired:
                 self._process.kill()
                 self._process.wait()
 
 
 def open_native(url: str) -> Viewer:
-    """Open a window that shows a dashboard; raises DashboardError where there is no screen."""
+    """Open a window that shows a dashboard; raises DashboardError without a screen."""
     if sys.platform.startswith("linux") and not _has_screen():
-        raise DashboardError("--native: there is no screen here; use --web, or a viewer elsewhere")
+        raise DashboardError("--native: no screen; use --web, or a viewer on another machine")
     return Viewer(["--connect", url, "--bind", "127.0.0.1", "--port", "auto"])
 
 
 def open_file(path: Path) -> None:
-    """Open a window that shows a film, and leave it to itself; raises DashboardError where there is no screen."""
+    """Open a window that shows a recording and outlives this process; raises DashboardError without a screen."""
     if sys.platform.startswith("linux") and not _has_screen():
-        raise DashboardError("--native: there is no screen here; open the file elsewhere")
-    Viewer([str(path)], is_ours=False)
+        raise DashboardError("--native: no screen; open the file on another machine")
+    Viewer([str(path)], is_attached=False)
 
 
 def serve_web(url: str, port: int) -> tuple[Viewer, str]:
@@ -78,11 +78,11 @@ def serve_web(url: str, port: int) -> tuple[Viewer, str]:
 
     Raises DashboardError if the port is taken or the server does not start.
     """
-    check_port(port, "--web-port")
+    check_port_is_free(port, "--web-port")
     viewer = Viewer(["--serve-web", "--bind", "127.0.0.1", "--web-viewer-port", str(port), url])
-    until_s = time.monotonic() + _PATIENCE_S
-    while not _answers(port):
-        if viewer.ended is not None or time.monotonic() > until_s:
+    deadline_s = time.monotonic() + _START_TIMEOUT_S
+    while not _accepts_connections(port):
+        if viewer.exit_code is not None or time.monotonic() > deadline_s:
             viewer.close()
             raise DashboardError(f"127.0.0.1:{port}: the web viewer does not start")
         time.sleep(0.02)
@@ -97,7 +97,7 @@ def open_browser(address: str) -> bool:
 
 
 def rerun_program() -> Path:
-    """Return Rerun's program itself; raises DashboardError if it is missing."""
+    """Return the path of Rerun's program; raises DashboardError if it is missing."""
     import rerun_cli  # type: ignore[import-untyped]
 
     folder = Path(rerun_cli.__file__ or "").parent
@@ -111,20 +111,20 @@ def _has_screen() -> bool:
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
-def _answers(port: int) -> bool:
+def _accepts_connections(port: int) -> bool:
     with socket.socket() as probe:
         probe.settimeout(0.2)
         return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
-def _ending_with_us() -> Callable[[], None] | None:
-    """Return what lets a child end when we do, even by kill -9 (Linux only)."""
+def _die_with_parent() -> Callable[[], None] | None:
+    """Return a function that a child runs to be ended with this process, even by kill -9 (Linux only)."""
     if not sys.platform.startswith("linux"):
         return None
     libc = ctypes.CDLL(None)
-    set_death_signal = 1
+    pr_set_pdeathsig = 1
 
-    def ask_the_kernel() -> None:
-        libc.prctl(set_death_signal, signal.SIGTERM)
+    def set_death_signal() -> None:
+        libc.prctl(pr_set_pdeathsig, signal.SIGTERM)
 
-    return ask_the_kernel
+    return set_death_signal

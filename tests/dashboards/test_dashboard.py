@@ -1,4 +1,4 @@
-"""All tabs together: what is heard is drawn somewhere, no view stays empty, and no nonsense stops it."""
+"""All tabs together: everything received is drawn, no view stays empty, and no implausible data stop it."""
 
 from collections.abc import Iterator
 from typing import Any, cast
@@ -14,7 +14,7 @@ from crcolony.protocol.telemetry_messages import Fault, RobotEvent
 from crcolony.telemetry.colony_monitor import ColonyMonitor
 from crcolony.telemetry.presence import FORGET_S
 from crcolony.telemetry.status_changes import RobotJoined, RobotLeft
-from tests.support.drawn import Drawing, RecordingStage
+from tests.support.drawn import Drawing, RecordingStreams
 from tests.support.fake_telemetry import (
     IDS,
     SCHEMA,
@@ -30,37 +30,37 @@ from tests.support.fake_telemetry import (
 TABS = ["Arena", "Life", "Evolution", "Lineage", "Network", "Log"]
 
 
-class Performance:
-    """A dashboard that hears of colonies and draws on a recording stage."""
+class DashboardHarness:
+    """A dashboard that draws made-up telemetry on recording streams."""
 
     def __init__(self) -> None:
-        self.dashboard, self.streams = Dashboard(ColonyMonitor()), RecordingStage()
-        self.sample = FakeTelemetry(self.dashboard.view)
+        self.dashboard, self.streams = Dashboard(ColonyMonitor()), RecordingStreams()
+        self.telemetry = FakeTelemetry(self.dashboard.view)
         self.dashboard.setup(self.streams)
 
-    def draw(self, after_s: float = 0.1) -> RecordingStage:
-        self.sample.at_s += after_s
-        self.streams.forget()
-        self.dashboard.draw(self.streams, self.sample.at_s)
+    def draw(self, after_s: float = 0.1) -> RecordingStreams:
+        self.telemetry.at_s += after_s
+        self.streams.clear()
+        self.dashboard.draw(self.streams, self.telemetry.at_s)
         return self.streams
 
 
 @pytest.fixture
-def show() -> Performance:
-    return Performance()
+def show() -> DashboardHarness:
+    return DashboardHarness()
 
 
-def live(sample: FakeTelemetry) -> None:
-    """Let two robots do everything that robots do, for a generation."""
-    sample.about_arena()
-    sample.scene((0, -0.5, 0.0), (1, 0.5, 0.0), packs=[(0.0, 0.5, 0.4)], tick=5_000)
-    sample.join(0, 1, arena="lab", generation=1, matings=0, tick=5_000)
+def live(telemetry: FakeTelemetry) -> None:
+    """Publish everything that two robots publish in a generation."""
+    telemetry.about_arena()
+    telemetry.scene((0, -0.5, 0.0), (1, 0.5, 0.0), packs=[(0.0, 0.5, 0.4)], tick=5_000)
+    telemetry.join(0, 1, arena="lab", generation=1, matings=0, tick=5_000)
     for robot in (0, 1):
-        sample.about(robot, 1 - robot)
+        telemetry.about(robot, 1 - robot)
         genes = [0.1] * len(SCHEMA)
-        sample.tell(robot, born(agent(robot, 0), 0, genes), met(1 - robot), mated(0, 1))
-        sample.tell(robot, lived(agent(robot, 0)), born(agent(robot, 1), 1, genes))
-        sample.tell(robot, Fault(1, "x"))
+        telemetry.tell(robot, born(agent(robot, 0), 0, genes), met(1 - robot), mated(0, 1))
+        telemetry.tell(robot, lived(agent(robot, 0)), born(agent(robot, 1), 1, genes))
+        telemetry.tell(robot, Fault(1, "x"))
 
 
 def views(container: Any) -> Iterator[Any]:
@@ -72,7 +72,7 @@ def views(container: Any) -> Iterator[Any]:
 
 
 def test_there_are_six_tabs() -> None:
-    """In the order in which a person looks at them; the first is open."""
+    """In this order; the first is open."""
     dashboard = Dashboard(ColonyMonitor())
     assert [tab.layout().name for tab in dashboard.tabs] == TABS
     for timeline, is_live in (("wall", True), ("sim", False)):
@@ -80,13 +80,13 @@ def test_there_are_six_tabs() -> None:
         assert [tab.name for tab in blueprint.root_container.contents] == TABS
 
 
-def test_every_view_shows_something_and_everything_has_a_view(show: Performance) -> None:
-    """Once a colony has lived for a generation."""
-    live(show.sample)
+def test_every_view_shows_something_and_everything_has_a_view(show: DashboardHarness) -> None:
+    """After one generation of a colony."""
+    live(show.telemetry)
     paths = set(show.streams.paths())
     for k in range(30):
-        show.sample.scene((0, -0.5, 0.0), (1, 0.5, 0.0), tick=5_000 + k)
-        show.sample.state(0, 1, arena="lab", generation=1, matings=2, tick=5_000)
+        show.telemetry.scene((0, -0.5, 0.0), (1, 0.5, 0.0), tick=5_000 + k)
+        show.telemetry.state(0, 1, arena="lab", generation=1, matings=2, tick=5_000)
         paths |= set(show.draw().paths())
     origins = [view.origin for view in views(show.dashboard.blueprint("wall", True).root_container)]
     assert len(origins) > 20
@@ -98,16 +98,18 @@ def test_every_view_shows_something_and_everything_has_a_view(show: Performance)
     assert [path for path in paths if not any(shows(o, path) for o in origins)] == []
 
 
-def test_how_lines_look_is_said_once(show: Performance) -> None:
-    """And for all times: a viewer that comes late knows it, and a film does not repeat it."""
-    live(show.sample)
+def test_lines_are_styled_once(show: DashboardHarness) -> None:
+    """As static data: viewers that connect late receive them, and a recording has them once."""
+    live(show.telemetry)
     styled = [drawing for drawing in show.streams.drawings if is_style(drawing)]
     for k in range(40):
-        show.sample.state(0, 1, arena="lab", generation=1 + k // 20, matings=k, tick=5_000 + 5 * k)
-        show.sample.scene((0, -0.5, 0.0), (1, 0.5, 0.0), tick=5_000 + 5 * k)
+        show.telemetry.state(
+            0, 1, arena="lab", generation=1 + k // 20, matings=k, tick=5_000 + 5 * k
+        )
+        show.telemetry.scene((0, -0.5, 0.0), (1, 0.5, 0.0), tick=5_000 + 5 * k)
         if k == 20:
             for robot in (0, 1):
-                show.sample.tell(robot, lived(agent(robot, 1), 1), born(agent(robot, 2), 2))
+                show.telemetry.tell(robot, lived(agent(robot, 1), 1), born(agent(robot, 2), 2))
         styled += [drawing for drawing in show.draw().drawings if is_style(drawing)]
     paths = [drawing.path for drawing in styled]
     assert len(paths) == len(set(paths)) > 40
@@ -122,56 +124,56 @@ def is_style(drawing: Drawing) -> bool:
     )
 
 
-def test_it_draws_at_the_moment_that_it_is(show: Performance) -> None:
-    """On all three timelines: the wall's time, the colony's (0 before it is known), and the generation of the last."""
-    show.sample.come(0)
+def test_drawings_have_the_current_time(show: DashboardHarness) -> None:
+    """On all three timelines: wall clock, the colony's time (0 before it is known), and the lowest generation."""
+    show.telemetry.come(0)
     streams = show.draw(1.0)
     assert {drawing.moment for drawing in streams.drawings} == {Moment(T + 1.0, 0.0, 0)}
-    show.sample.scene((0, 0.0, 0.0), tick=50)
-    show.sample.state(0, generation=3)
+    show.telemetry.scene((0, 0.0, 0.0), tick=50)
+    show.telemetry.state(0, generation=3)
     streams = show.draw(1.0)
     assert {drawing.moment for drawing in streams.drawings} == {Moment(T + 2.0, 10.0, 3)}
 
 
-def test_news_are_taken_in_order(show: Performance) -> None:
-    """As they are passed on."""
+def test_changes_are_processed_in_order(show: DashboardHarness) -> None:
+    """In the order of the list."""
     show.dashboard.handle_changes([RobotJoined(IDS[0]), RobotLeft(IDS[0]), RobotJoined(IDS[0])], T)
     show.draw(1.0)
-    said = [drawing.parts["text"].to_pylist()[0] for drawing in show.streams.drawings
+    texts = [drawing.parts["text"].to_pylist()[0] for drawing in show.streams.drawings
             if drawing.path == "/log/presence"]  # fmt: skip
-    assert [text.rpartition(" ")[2] for text in said] == ["here", "gone", "here"]
+    assert [text.rpartition(" ")[2] for text in texts] == ["online", "offline", "online"]
 
 
-def test_rates_are_counted_whatever_tab_is_looked_at(show: Performance) -> None:
-    """Once a second, from the first on."""
-    show.sample.join(0, matings=0)
+def test_rates_are_sampled_once_a_second(show: DashboardHarness) -> None:
+    """By the dashboard, not by a tab."""
+    show.telemetry.join(0, matings=0)
     for second in range(8):
-        show.sample.state(0, matings=second)
+        show.telemetry.state(0, matings=second)
         show.draw(1.0)
-    samples = show.dashboard.view.colonies["blue"].samples
+    samples = show.dashboard.view.colonies["blue"].rates.samples
     assert len(samples) == pytest.approx(8, abs=1)
     assert show.streams.scalars("/life/rates/matings_blue") == [[pytest.approx(60.0)]]
 
 
-def test_who_is_gone_for_long_is_forgotten(show: Performance) -> None:
-    """In the end nobody is there."""
-    live(show.sample)
-    show.sample.go(0, 1)
+def test_robots_that_are_long_offline_are_dropped(show: DashboardHarness) -> None:
+    """In the end there is none."""
+    live(show.telemetry)
+    show.telemetry.go(0, 1)
     show.draw(1.0)
-    assert len(show.sample.monitor.robots) == 2
+    assert len(show.telemetry.monitor.robots) == 2
     streams = show.draw(FORGET_S + 2.0)
-    assert show.sample.monitor.robots == {}
-    assert streams.text("/network/robots") == "Nobody is on the network yet."
+    assert show.telemetry.monitor.robots == {}
+    assert streams.text("/network/robots") == "No robot is on the network yet."
 
 
-def test_a_colony_that_has_fallen_silent_is_not_drawn_again_and_again(show: Performance) -> None:
-    """What is written of it is words and a few numbers a second, and pictures only for those who come late."""
-    live(show.sample)
+def test_a_silent_colony_is_not_drawn_all_the_time(show: DashboardHarness) -> None:
+    """Only text and a few numbers a second, and pictures from time to time for viewers that connect late."""
+    live(show.telemetry)
     for _ in range(40):
         show.draw(1.0)
     paths = [path for _ in range(300) for path in show.draw(0.1).paths()]
     assert not [path for path in paths if path.startswith("/arena/world")]
-    for picture in ("/network/sees", "/lineage/family", "/evolution/potential/mating"):
+    for picture in ("/network/peer_matrix", "/lineage/family", "/evolution/potential/mating"):
         assert paths.count(picture) == 2
     assert len(paths) < 30 * 30
 
@@ -217,35 +219,35 @@ SETTINGS = st.sampled_from([
 
 @settings(max_examples=50)
 @given(st.data())
-def test_no_nonsense_stops_it(data: st.DataObject) -> None:
-    """Whatever anybody publishes: it is drawn, or it is not, and what comes afterwards is."""
-    show = Performance()
-    sample = show.sample
-    sample.join(0, 1)
+def test_implausible_telemetry_does_not_stop_it(data: st.DataObject) -> None:
+    """Whatever peers publish, plausible telemetry is drawn afterwards."""
+    show = DashboardHarness()
+    telemetry = show.telemetry
+    telemetry.join(0, 1)
     for _ in range(data.draw(st.integers(1, 8))):
         robot = data.draw(st.integers(0, 2))
         match data.draw(st.sampled_from(["event", "scene", "state", "metadata", "go", "come"])):
             case "event":
                 event: RobotEvent = data.draw(EVENTS)
                 told_s = data.draw(st.sampled_from([None, 0.0, 9e12]))
-                sample.tell(robot, event, told_s=told_s)
+                telemetry.tell(robot, event, told_s=told_s)
             case "scene":
                 packs = data.draw(st.lists(st.tuples(NUMBERS, NUMBERS, st.just(0.4)), max_size=2))
                 bodies = data.draw(st.lists(BODIES, max_size=2))
-                sample.scene(*bodies, packs=packs, **cast(Any, data.draw(SIZES)))
+                telemetry.scene(*bodies, packs=packs, **cast(Any, data.draw(SIZES)))
             case "state":
-                sample.state(robot, **cast(Any, data.draw(STATES)))
+                telemetry.state(robot, **cast(Any, data.draw(STATES)))
             case "metadata":
-                sample.about(robot, settings=data.draw(SETTINGS))
+                telemetry.about(robot, settings=data.draw(SETTINGS))
             case "go":
-                sample.go(robot)
+                telemetry.go(robot)
             case _:
-                sample.come(robot)
+                telemetry.come(robot)
         show.draw(data.draw(st.sampled_from([0.1, 1.0, 11.0, -5.0])))
-    sample.at_s = max(sample.at_s, T) + 20.0
-    sample.go(0, 1, 2)
-    live(sample)
+    telemetry.at_s = max(telemetry.at_s, T) + 20.0
+    telemetry.go(0, 1, 2)
+    live(telemetry)
     show.draw(1.0)
     streams = show.draw(1.0)
     assert streams.shown("/arena/world/robots", "positions") == [[-0.5, 0.0], [0.5, 0.0]]
-    assert "2 robots alive" in streams.text("/arena/now")
+    assert "2 robots online" in streams.text("/arena/now")

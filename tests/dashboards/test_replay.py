@@ -1,4 +1,4 @@
-"""A run that is over is seen again in the same dashboard, whatever its folder holds."""
+"""A run that has ended is drawn in the same dashboard, whatever its folder holds."""
 
 import json
 import shutil
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 import pytest
-from crcolony_dashboards.replay import REPLAY, run_replay
+from crcolony_dashboards.replay import REPLAY_FILE, run_replay
 from rerun.chunk import RrdReader
 
 from crcolony.protocol.identity import seeded
@@ -35,14 +35,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def rrd(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Its dashboard."""
-    path = tmp_path_factory.mktemp("films") / "film.rrd"
+    """Its replay."""
+    path = tmp_path_factory.mktemp("replays") / "replay.rrd"
     run_replay(folder, path, WINDOWS)
     return path
 
 
 def moving(rrd: Path, entity: str) -> list[dict[str, Any]]:
-    """Return what a film holds of an entity, moment by moment of the colony's time."""
+    """Return the rows of an entity in a recording, in order of the colony's time."""
     found: list[dict[str, Any]] = []
     for chunk in RrdReader(rrd).stream():
         batch = chunk.to_record_batch()
@@ -54,16 +54,16 @@ def moving(rrd: Path, entity: str) -> list[dict[str, Any]]:
     return sorted(found, key=lambda row: int(row["sim"]))
 
 
-def places(rrd: Path) -> list[dict[str, Any]]:
-    """Return where a film shows robots, as long as it shows any."""
+def drawn_robots(rrd: Path) -> list[dict[str, Any]]:
+    """Return the rows of a recording that show robots."""
     return [row for row in moving(rrd, "/arena/world/robots") if row["Points2D:positions"]]
 
 
-def test_robots_are_shown_from_where_they_began(folder: Path, rrd: Path) -> None:
-    """The first picture has them near the places at which the run's arena put them; they move on from there."""
+def test_robots_are_drawn_from_their_initial_positions(folder: Path, rrd: Path) -> None:
+    """The first row has them near their initial positions; they move on from there."""
     config = small("seed=10")
     arena = Arena(config.robots, config.arena, config.body, config.seed)
-    shown = places(rrd)
+    shown = drawn_robots(rrd)
     first = np.array(shown[0]["Points2D:positions"])
     farthest_m = 2 * max(config.learning.speeds_m_s) * config.arena.control_period_s + 0.12
     assert np.abs(first - arena.world.poses[:, :2]).max() < farthest_m
@@ -71,8 +71,8 @@ def test_robots_are_shown_from_where_they_began(folder: Path, rrd: Path) -> None
     assert np.abs(last - first).max() > 0.05
 
 
-def test_every_generation_is_in_it_with_the_figures_of_its_table(folder: Path, rrd: Path) -> None:
-    """Mean matings, at the generation that they are of."""
+def test_every_generation_is_drawn_as_in_the_table(folder: Path, rrd: Path) -> None:
+    """The mean matings are those of `generations.csv`."""
     table = {int(row["generation"]): row for row in read_table(folder / "generations.csv")}
     drawn = {
         row["generation"]: row["Measurements:values"][0]
@@ -83,8 +83,8 @@ def test_every_generation_is_in_it_with_the_figures_of_its_table(folder: Path, r
         assert mean == pytest.approx(float(table[generation]["matings"]))
 
 
-def test_a_family_and_what_happened_are_in_it(rrd: Path) -> None:
-    """All tabs have something to show."""
+def test_all_tabs_have_something_to_show(rrd: Path) -> None:
+    """Family tree, log, energy, network, agent and status."""
     assert moving(rrd, "/lineage/family")
     lines = [row["TextLog:text"][0] for row in moving(rrd, "/log/mating")]
     assert any("mated with" in line for line in lines)
@@ -92,53 +92,54 @@ def test_a_family_and_what_happened_are_in_it(rrd: Path) -> None:
         assert moving(rrd, entity), entity
 
 
-def test_what_was_recorded_is_seen_as_it_would_have_been(
+def test_recorded_telemetry_is_drawn_like_the_run_itself(
     folder: Path, rrd: Path, tmp_path: Path
 ) -> None:
     """A telemetry file of the same colony shows the same robots at the same moments of its time."""
     samples = resimulate(read_run(folder), WINDOWS)
     record(tmp_path / "watched" / TELEMETRY_FILE, map(raw_sample, samples))
     run_replay(tmp_path / "watched", None, WINDOWS)
-    again = tmp_path / "watched" / REPLAY
-    lived, seen = (
-        {row["sim"]: row["Points2D:positions"] for row in places(of)} for of in (rrd, again)
+    again = tmp_path / "watched" / REPLAY_FILE
+    simulated, recorded = (
+        {row["sim"]: row["Points2D:positions"] for row in drawn_robots(path)}
+        for path in (rrd, again)
     )
-    both = lived.keys() & seen.keys()
+    both = simulated.keys() & recorded.keys()
     assert len(both) > 2 * 20
-    assert all(lived[when] == seen[when] for when in both)
-    figures = [moving(of, "/evolution/matings/colony") for of in (rrd, again)]
+    assert all(simulated[when] == recorded[when] for when in both)
+    figures = [moving(path, "/evolution/matings/colony") for path in (rrd, again)]
     assert figures[0] == figures[1]
 
 
-def test_of_a_run_in_real_time_that_nobody_watched_its_history_is_shown(
+def test_of_a_real_time_run_without_a_recording_the_history_is_drawn(
     folder: Path, tmp_path: Path
 ) -> None:
-    """Generations and family; nobody knows where its robots were."""
+    """Generations and family tree; the robots' positions are unknown."""
     copy = tmp_path / "launched"
     shutil.copytree(folder, copy)
-    message = json.loads((copy / "run.json").read_text())
+    record = json.loads((copy / "run.json").read_text())
     robots = [seeded("others", 10, number).id.hex() for number in range(4)]
-    (copy / "run.json").write_text(json.dumps({**message, "robots": robots}))
+    (copy / "run.json").write_text(json.dumps({**record, "robots": robots}))
     run_replay(copy, None, WINDOWS)
-    rrd = copy / REPLAY
+    rrd = copy / REPLAY_FILE
     assert len(moving(rrd, "/evolution/matings/colony")) == 3
     assert moving(rrd, "/lineage/family")
-    assert not places(rrd)
+    assert not drawn_robots(rrd)
 
 
-def test_a_run_that_comes_out_otherwise_is_filmed_and_said(folder: Path, tmp_path: Path) -> None:
-    """The film shows the run as it is with this version of the code."""
+def test_a_run_with_another_history_is_drawn_and_reported(folder: Path, tmp_path: Path) -> None:
+    """The replay shows the run as it is with the present code."""
     copy = tmp_path / "other"
     shutil.copytree(folder, copy)
-    message = json.loads((copy / "run.json").read_text())
-    (copy / "run.json").write_text(json.dumps({**message, "history_hash": "00" * 16}))
+    record = json.loads((copy / "run.json").read_text())
+    (copy / "run.json").write_text(json.dumps({**record, "history_hash": "00" * 16}))
     with pytest.raises(HistoryDiffersError, match="re-simulated"):
         run_replay(copy, None, WINDOWS)
-    assert moving(copy / REPLAY, "/evolution/matings/colony")
+    assert moving(copy / REPLAY_FILE, "/evolution/matings/colony")
 
 
-def test_what_cannot_be_heard_leaves_no_film(tmp_path: Path) -> None:
-    """Neither a folder that is none, nor a file of another kind."""
+def test_what_cannot_be_read_leaves_no_file(tmp_path: Path) -> None:
+    """Neither a folder without a run, nor a file of another kind."""
     other = tmp_path / "notes.txt"
     other.write_text("no telemetry")
     with pytest.raises(TelemetryError, match=r"notes\.txt"):

@@ -1,223 +1,26 @@
-"""What is drawn is in the film as it was drawn; and what keeps a dashboard from being shown is said in one line."""
+"""What is logged is in all streams; viewers of this machine connect to one port."""
 
-import datetime
-import errno
-import os
-import shutil
 import socket
-import sys
-from collections.abc import Callable
-from importlib.metadata import PackageNotFoundError
-from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import pytest
 import rerun as rr
 import rerun.blueprint as rrb
-from crcolony_dashboards import rerun_check
-from crcolony_dashboards.dashboard import Dashboard
-from crcolony_dashboards.rerun_check import DashboardError, check_port, check_rerun
+from crcolony_dashboards.preconditions import DashboardError, check_port_is_free
 from crcolony_dashboards.rerun_streams import Moment, RerunStreams, open_live
-from crcolony_dashboards.rrd_file import RrdFile, leave, open_film
-from rerun.chunk import RrdReader
 
-from crcolony.errors import EXIT_OK
-from crcolony.telemetry.colony_monitor import ColonyMonitor
 from crcolony.transport.zenoh_session import free_port
 from tests.support.fake_telemetry import T
-
-Rows = list[dict[str, Any]]
-pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")
-"""A film has none before it is put in order (`films.py`)"""
 
 
 def blueprint() -> rrb.Blueprint:
     return rrb.Blueprint(rrb.TextLogView(origin="/log"))
 
 
-def rrd(path: Path) -> RrdFile:
-    return open_film(path, "run", blueprint())
-
-
-def rows(path: Path, entity: str) -> Rows:
-    """Return what a film holds of an entity, moment by moment, without Rerun's own columns."""
-    found: Rows = []
-    for chunk in RrdReader(path).stream():
-        if chunk.entity_path == entity:
-            for row in chunk.to_record_batch().to_pylist():
-                found.append({k: v for k, v in row.items() if not k.startswith("rerun.")})
-    return found
-
-
-class FakeStream:
-    """A recording stream that fails to write, as on a full disk."""
-
-    def __init__(self) -> None:
-        self.is_full = False
-        self.is_open = True
-        self.drawn: list[str] = []
-
-    def set_time(self, timeline: str, **when: Any) -> None:
-        pass
-
-    def disable_timeline(self, timeline: str) -> None:
-        pass
-
-    def log(self, path: str, *what: Any, **how: Any) -> None:
-        assert self.is_open
-        self.drawn.append(path)
-
-    def flush(self, *, timeout_sec: float) -> None:
-        if self.is_full:
-            raise RuntimeError("the file sink has gone")
-
-    def disconnect(self) -> None:
-        self.is_open = False
-
-
-class TestFilm:
-    """A film holds what was drawn, and when."""
-
-    def test_what_is_drawn_is_read_back(self, tmp_path: Path) -> None:
-        """On all three timelines; what is static has no time."""
-        path = tmp_path / "new" / "film.rrd"
-        streams = RerunStreams(None, rrd(path))
-        streams.log("/life/energy", rr.SeriesLines(names=["low", "high"]), static=True)
-        for k in range(3):
-            streams.set_time(Moment(T + k, 10.0 * k, 7))
-            streams.log("/life/energy", rr.Scalars([0.25 * k, 0.5]))
-        streams.close()
-        static, *moments = sorted(rows(path, "/life/energy"), key=lambda row: "wall" in row)
-        assert static == {"SeriesLines:names": ["low", "high"]}
-        assert moments == [
-            {
-                "wall": datetime.datetime.fromtimestamp(T + k, datetime.UTC).replace(tzinfo=None),
-                "sim": datetime.timedelta(seconds=10.0 * k),
-                "generation": 7,
-                "Scalars:scalars": [0.25 * k, 0.5],
-            }
-            for k in range(3)
-        ]
-
-    def test_it_has_the_layout_of_the_dashboard(self, tmp_path: Path) -> None:
-        """And the name of its run, under which a viewer shows a live dashboard and its film as one."""
-        path = tmp_path / "film.rrd"
-        dashboard = Dashboard(ColonyMonitor())
-        made = open_film(path, "run-7", dashboard.blueprint("sim", is_live=False))
-        streams = RerunStreams(None, made)
-        dashboard.setup(streams)
-        dashboard.draw(streams, T)
-        streams.close()
-        reader = RrdReader(path)
-        (recording,), (layout,) = reader.recordings(), reader.blueprints()
-        assert (recording.application_id, recording.recording_id) == ("crcolony", "run-7")
-        assert layout.application_id == "crcolony"
-        assert rows(path, "/network/robots")[0]["TextDocument:text"] == [
-            "Nobody is on the network yet."
-        ]
-
-    def test_an_old_film_is_replaced(self, tmp_path: Path) -> None:
-        """As whoever opens it was told."""
-        path = tmp_path / "film.rrd"
-        path.write_bytes(b"something else")
-        RerunStreams(None, rrd(path)).close()
-        assert RrdReader(path).recordings()[0].recording_id == "run"
-
-    def test_where_none_can_be_written_none_is_begun(self, tmp_path: Path) -> None:
-        """Neither in a folder that is a file, nor in place of a folder."""
-        (tmp_path / "file").touch()
-        for path in (tmp_path / "file" / "film.rrd", tmp_path):
-            with pytest.raises(DashboardError) as refusal:
-                rrd(path)
-            assert str(refusal.value).startswith(f"{path}: cannot be written: ")
-            assert "\n" not in str(refusal.value)
-
-    def test_it_can_be_read_while_it_is_recorded(self, tmp_path: Path) -> None:
-        """Up to where it was looked after last: a dashboard that is killed leaves that behind."""
-        path = tmp_path / "film.rrd"
-        made = rrd(path)
-        streams = RerunStreams(None, made)
-        streams.set_time(Moment(T, 0.0, 0))
-        streams.log("/log/x", rr.TextLog("x"))
-        assert made.check() is None
-        copy = shutil.copy(path, tmp_path / "copy.rrd")
-        assert len(rows(Path(copy), "/log/x")) == 1
-        streams.close()
-
-
-def no_room(path: object) -> Any:
-    return SimpleNamespace(free=1_000)
-
-
-def no_disk(path: object) -> Any:
-    raise OSError(errno.EIO, os.strerror(errno.EIO))
-
-
-class TestTrouble:
-    """A full disk ends the film, and nothing else."""
-
-    def test_a_film_that_cannot_be_written_ends_with_one_line(self, tmp_path: Path) -> None:
-        """Said once; the stage draws on for whoever looks at it now."""
-        live, broken = FakeStream(), FakeStream()
-        made = RrdFile(tmp_path / "film.rrd", broken)  # type: ignore[arg-type]
-        streams = RerunStreams(live, made)  # type: ignore[arg-type]
-        streams.set_time(Moment(T, 0.0, 0))
-        streams.log("/a", rr.TextLog("x"))
-        assert made.check() is None
-        broken.is_full = True
-        why = "not recorded any more: cannot be written: the file sink has gone"
-        assert [made.check(), made.check()] == [f"{tmp_path / 'film.rrd'}: {why}", None]
-        streams.set_time(Moment(T + 1.0, 1.0, 0))
-        streams.log("/b", rr.TextLog("x"))
-        assert (live.drawn, broken.drawn) == (["/a", "/b"], ["/a"])
-        streams.close()
-        assert not live.is_open
-
-    def test_a_process_leaves_a_film_that_is_stuck(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        """Which would keep it from ending; one that could be closed does not."""
-        ends: list[int] = []
-        monkeypatch.setattr(os, "_exit", ends.append)
-        stuck, sound = FakeStream(), FakeStream()
-        films = [RrdFile(tmp_path / "x", stream) for stream in (stuck, sound)]  # type: ignore[arg-type]
-        stuck.is_full = True
-        for made in films:
-            made.check()
-            made.close()
-        assert [made.is_stuck for made in films] == [True, False]
-        leave(None)
-        leave(films[1])
-        assert ends == []
-        leave(films[0])
-        assert ends == [EXIT_OK]
-        assert (stuck.is_open, sound.is_open) == (True, False)
-
-    @pytest.mark.parametrize(("usage", "number"), [(no_room, errno.ENOSPC), (no_disk, errno.EIO)])
-    def test_it_leaves_room_for_others(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, usage: Callable[..., Any],
-        number: int,
-    ) -> None:  # fmt: skip
-        """It ends before the disk is full, or when the disk has gone; what was drawn until then can be looked at."""
-        path = tmp_path / "film.rrd"
-        made = rrd(path)
-        streams = RerunStreams(None, made)
-        streams.set_time(Moment(T, 0.0, 0))
-        streams.log("/a", rr.TextLog("x"))
-        monkeypatch.setattr(shutil, "disk_usage", usage)
-        assert made.check() == f"{path}: not recorded any more: {os.strerror(number)}"
-        monkeypatch.undo()
-        streams.log("/a", rr.TextLog("y"))
-        streams.close()
-        assert [row["TextLog:text"] for row in rows(path, "/a")] == [["x"]]
-
-
 class TestLive:
-    """Viewers of this machine come to one port."""
+    """Viewers of this machine connect to one port."""
 
-    def test_a_port_that_is_taken_is_said_to_be(self) -> None:
-        """With what chooses another; nothing is left of the attempt."""
+    def test_a_port_that_is_taken_is_refused(self) -> None:
+        """The message names the option that chooses another; the port is left as it was."""
         with socket.socket() as other:
             other.bind(("127.0.0.1", 0))
             other.listen()
@@ -226,18 +29,10 @@ class TestLive:
             with pytest.raises(DashboardError) as refusal:
                 open_live(port, "run", blueprint())
             assert str(refusal.value) == line
-        check_port(port, "--port")
+        check_port_is_free(port, "--port")
 
-    def test_the_web_viewers_port_has_an_option_of_its_own(self) -> None:
-        """It is named in the line."""
-        with socket.socket() as other:
-            other.bind(("127.0.0.1", 0))
-            other.listen()
-            with pytest.raises(DashboardError, match=r"choose another with --web-port$"):
-                check_port(other.getsockname()[1], "--web-port")
-
-    def test_viewers_find_it_at_its_port(self) -> None:
-        """While nobody comes it draws all the same, and waits for nobody when it ends."""
+    def test_viewers_connect_to_its_port(self) -> None:
+        """Without viewers it logs all the same, and closing waits for none."""
         port = free_port()
         live, url = open_live(port, "run", blueprint())
         assert url == f"rerun+http://127.0.0.1:{port}/proxy"
@@ -248,40 +43,3 @@ class TestLive:
             streams.set_time(Moment(T + k, 0.0, 0))
             streams.log("/a", rr.TextLog("x"))
         streams.close()
-
-
-class TestRerun:
-    """The dashboard needs one version of Rerun, and says so."""
-
-    def test_the_one_that_is_here_is_the_one_that_is_wanted(self) -> None:
-        """Nothing is said then."""
-        check_rerun()
-
-    def test_without_it_a_line_says_what_to_install(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """And nothing else is needed to read it."""
-
-        def missing(name: str) -> str:
-            raise PackageNotFoundError(name)
-
-        monkeypatch.setattr(rerun_check, "version", missing)
-        with pytest.raises(DashboardError) as refusal:
-            check_rerun()
-        assert str(refusal.value) == (
-            "the dashboard needs Rerun, which is not installed: pip install 'crcolony[viz]'"
-        )
-
-    @pytest.mark.parametrize("other", ["0.40.2", "0.42.0a1", "1.41.0", "0.4.1"])
-    def test_another_version_is_named(self, monkeypatch: pytest.MonkeyPatch, other: str) -> None:
-        """With the one that is wanted."""
-        monkeypatch.setattr(rerun_check, "version", lambda name: other)
-        with pytest.raises(DashboardError) as refusal:
-            check_rerun()
-        assert str(refusal.value) == (
-            f"the dashboard needs Rerun 0.41, but {other} is installed: pip install 'crcolony[viz]'"
-        )
-
-    def test_one_that_does_not_load_is_said_to_be(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """With the reason."""
-        monkeypatch.setitem(sys.modules, "rerun", None)
-        with pytest.raises(DashboardError, match=r"^Rerun 0\.41\.\d+ does not load: "):
-            check_rerun()

@@ -1,4 +1,4 @@
-"""A browser without a screen that opens a dashboard, for tests: the Chromium of the system."""
+"""The system's Chromium without a screen, for tests that open a dashboard in a browser."""
 
 import contextlib
 import shutil
@@ -22,18 +22,18 @@ _OPTIONS = [
     "--disable-component-update",
     "--disable-sync",
 ]
-"""It draws without a GPU, and asks nobody for anything"""
-_PATIENCE_MS = 90_000
+"""It renders without a GPU, and makes no connections of its own"""
+_TIMEOUT_MS = 90_000
 
 
 @contextlib.contextmanager
 def browser_at(address: str) -> Iterator[Page]:
-    """A page that shows an address; the browser is gone when this is left."""
+    """A page that shows an address; the browser ends with the context."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=_OPTIONS)
         try:
             page = browser.new_page(viewport={"width": 1000, "height": 700})
-            page.set_default_timeout(_PATIENCE_MS)
+            page.set_default_timeout(_TIMEOUT_MS)
             page.goto(f"{address}&renderer=webgl")
             yield page
         finally:
@@ -41,5 +41,5 @@ def browser_at(address: str) -> Iterator[Page]:
 
 
 def picture_of(page: Page) -> NDArray[np.uint8]:
-    """Return the page as it looks, (rows, columns, 3)."""
+    """Return a picture of the page, (rows, columns, 3)."""
     return np.asarray(Image.open(BytesIO(page.screenshot())).convert("RGB"))

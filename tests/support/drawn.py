@@ -1,4 +1,4 @@
-"""A stage that remembers what is drawn on it, in place of a viewer."""
+"""Streams that keep what is drawn, in place of a viewer, and one tab that draws on them."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -15,19 +15,19 @@ from tests.support.fake_telemetry import FakeTelemetry
 
 @dataclass(frozen=True)
 class Drawing:
-    """One thing that was drawn: its parts by their names, and when."""
+    """One call of `RerunStreams.log`: the components by their names, and the time."""
 
     path: str
     moment: Moment | None
     is_static: bool
-    """Whether it is so at all times"""
+    """Whether it is valid at all times"""
     parts: dict[str, Any]
 
 
-class RecordingStage(RerunStreams):
-    """Remembers every drawing, and what a viewer shows now: of every part of an entity the latest.
+class RecordingStreams(RerunStreams):
+    """Keeps every drawing, and what a viewer would show now: of every component of an entity the latest.
 
-    It also draws into Rerun's memory, which refuses what cannot be drawn.
+    It also logs to a stream of Rerun in memory, which raises on what cannot be drawn.
     """
 
     def __init__(self) -> None:
@@ -40,12 +40,12 @@ class RecordingStage(RerunStreams):
         super().set_time(moment)
         self._moment = moment
 
-    def log(self, path: str, *what: Any, static: bool = False) -> None:
-        super().log(path, *what, static=static)
+    def log(self, path: str, *components: Any, static: bool = False) -> None:
+        super().log(path, *components, static=static)
         parts = {
-            str(batch.component_descriptor().component).partition(":")[2]: batch.as_arrow_array()
-            for one in what
-            for batch in one.as_component_batches()
+            str(batch.component_descriptor().component).rpartition(":")[2]: batch.as_arrow_array()
+            for component in components
+            for batch in component.as_component_batches()
         }
         self.drawings.append(Drawing(path, self._moment, static, parts))
         if "is_recursive" not in parts:
@@ -56,25 +56,25 @@ class RecordingStage(RerunStreams):
             for old in [old for old in self._shown if old.startswith(f"{path}/")]:
                 del self._shown[old]
 
-    def forget(self) -> None:
-        """Forget the drawings so far; what is shown is shown on."""
+    def clear(self) -> None:
+        """Drop the drawings so far; what is shown stays."""
         self.drawings.clear()
 
     def paths(self) -> list[str]:
-        """Return where something was drawn, in order."""
+        """Return the entities of all drawings, in order."""
         return [drawing.path for drawing in self.drawings]
 
     def times(self, path: str) -> int:
-        """Return how often something was drawn there."""
+        """Return how often an entity was drawn."""
         return self.paths().count(path)
 
     def shown(self, path: str, part: str) -> list[Any]:
-        """Return what a viewer shows of one part; nothing if it was never drawn."""
+        """Return what a viewer shows of one component; empty if it was never drawn."""
         values = self._shown.get(path, {}).get(part)
         return [] if values is None else list(values.to_pylist())
 
     def entities(self, under: str) -> list[str]:
-        """Return what is shown under a path, by the rest of its own path."""
+        """Return the entities shown under a path, without that path."""
         return sorted(path[len(under) :] for path in self._shown if path.startswith(under))
 
     def colours(self, path: str) -> list[Colour]:
@@ -82,7 +82,7 @@ class RecordingStage(RerunStreams):
         return [(c >> 24, c >> 16 & 255, c >> 8 & 255) for c in self.shown(path, "colors")]
 
     def scalars(self, path: str) -> list[list[float]]:
-        """Return the values that were drawn of a line, or of some lines, in order."""
+        """Return the values that were drawn of one or several lines, in order."""
         found = [
             d.parts["scalars"] for d in self.drawings if d.path == path and "scalars" in d.parts
         ]
@@ -99,19 +99,19 @@ class RecordingStage(RerunStreams):
         return np.asarray(pixels).reshape(form["height"], form["width"], 3)
 
 
-class Show:
-    """One tab, drawn on a recording stage with what is heard."""
+class TabHarness:
+    """One tab that draws made-up telemetry on recording streams."""
 
     def __init__(self, tab: Tab) -> None:
-        self.tab, self.streams, self.sample = tab, RecordingStage(), FakeTelemetry()
-        self.view: ColonyView = self.sample.view
+        self.tab, self.streams, self.telemetry = tab, RecordingStreams(), FakeTelemetry()
+        self.view: ColonyView = self.telemetry.view
         tab.setup(self.streams)
 
-    def draw(self, after_s: float = 0.0) -> RecordingStage:
-        """Let time pass and the tab draw; return the stage, with what was drawn now only."""
-        self.sample.pass_s(after_s)
-        self.streams.forget()
-        moment = self.sample.moment()
+    def draw(self, after_s: float = 0.0) -> RecordingStreams:
+        """Let time pass and the tab draw; return the streams with the drawings of this call only."""
+        self.telemetry.pass_s(after_s)
+        self.streams.clear()
+        moment = self.telemetry.moment()
         self.streams.set_time(moment)
         self.tab.draw(self.streams, self.view, moment)
         return self.streams

@@ -1,4 +1,4 @@
-"""Rerun's native viewer without a screen, for tests: it shows what a dashboard draws, and pictures of it are taken."""
+"""Rerun's native viewer without a screen, for tests that take pictures of a dashboard."""
 
 import contextlib
 from collections.abc import Callable, Iterator
@@ -25,7 +25,7 @@ class HeadlessViewer:
         self.client, self.process = client, process
 
     def view(self, name: str) -> Any:
-        """Return the view whose name begins so."""
+        """Return the view whose name starts with `name`."""
         return next(view for view in self.client.get_state().views if view.name.startswith(name))
 
     @property
@@ -33,19 +33,19 @@ class HeadlessViewer:
         """The names of all views."""
         return [view.name for view in self.client.get_state().views]
 
-    def troubles(self) -> list[str]:
-        """Return what views complain of."""
+    def reports(self) -> list[str]:
+        """Return the errors and warnings of all views."""
         state = self.client.get_state()
         return [f"{view.name}: {report}" for view in state.views for report in view.reports]
 
     def until_s(self, timeline: str) -> float:
-        """Return how far a timeline reaches (s); minus infinity if nothing is on it."""
+        """Return the end of a timeline (s); minus infinity if nothing is on it."""
         recordings = self.client.get_state().recordings
         found = [line for one in recordings for line in one.timelines if line.name == timeline]
         return max((line.end / 1e9 for line in found), default=-float("inf"))
 
     def freeze(self, unix_s: float) -> None:
-        """Show the colony as it was at a time."""
+        """Stop at a time of the wall clock, and show what was drawn up to it."""
         self.client.set_time("wall", timestamp=unix_s, play_state="paused")
 
     def turn_to(self, tab: int) -> None:
@@ -60,16 +60,16 @@ class HeadlessViewer:
         self.client.set_blueprint(blueprint, of="recording")
 
     def picture(self, name: str) -> Picture:
-        """Return a view as it looks once it has come to rest."""
+        """Return a picture of a view, once two successive ones are equal."""
         view_id = self.view(name).view_id
-        return _at_rest(lambda: self.client.take_screenshot(view_id))
+        return _settled(lambda: self.client.take_screenshot(view_id))
 
     def whole_picture(self) -> Picture:
-        """Return the whole window, which never comes to rest."""
+        """Return a picture of the whole window, parts of which change all the time."""
         return decode(self.client.take_screenshot())
 
     def entities(self) -> set[str]:
-        """Return the paths of all that was drawn."""
+        """Return the paths of all entities."""
         schema = self.client.get_recording_schema(paths_only=True)
         return {entity.entity_path for entity in schema.entities}
 
@@ -77,27 +77,27 @@ class HeadlessViewer:
 def headless_viewer(
     url: str, log: Path, is_shown: bool = True
 ) -> contextlib.AbstractContextManager[HeadlessViewer]:
-    """A viewer of the dashboard at `url`, with the layout once it `is_shown`; it is gone when this is left."""
+    """A viewer of the dashboard at `url`, which ends with the context; if `is_shown`, it has received the layout."""
     return _viewer(["--connect", url], log, is_shown)
 
 
 def headless_viewer_of(rrd: Path, log: Path) -> contextlib.AbstractContextManager[HeadlessViewer]:
-    """A viewer of a film."""
+    """A viewer of a recording, which ends with the context."""
     return _viewer([str(rrd)], log, True)
 
 
 @contextlib.contextmanager
-def _viewer(words: list[str], log: Path, is_shown: bool) -> Iterator[HeadlessViewer]:
+def _viewer(arguments: list[str], log: Path, is_shown: bool) -> Iterator[HeadlessViewer]:
     from rerun.experimental import ViewerClient
 
     port = free_port()
-    command = [str(rerun_program()), "--headless", *words, "--bind", "127.0.0.1"]
+    command = [str(rerun_program()), "--headless", *arguments, "--bind", "127.0.0.1"]
     process = Process([*command, "--port", str(port), "--memory-limit", "2GB"], log)
     process.start()
     try:
         client: Any = None
 
-        def answers() -> bool:
+        def is_ready() -> bool:
             nonlocal client
             assert process.is_running, log.read_text()
             try:
@@ -106,22 +106,22 @@ def _viewer(words: list[str], log: Path, is_shown: bool) -> Iterator[HeadlessVie
             except (RuntimeError, ConnectionError, OSError, ValueError):
                 return False
 
-        wait_until(answers, "the viewer shows a dashboard", 30.0)
+        wait_until(is_ready, "the viewer shows a dashboard", 30.0)
         yield HeadlessViewer(client, process)
     finally:
         process.kill()
 
 
-def _at_rest(take: Callable[[], bytes]) -> Picture:
-    before = decode(take())
+def _settled(take_screenshot: Callable[[], bytes]) -> Picture:
+    before = decode(take_screenshot())
     for _ in range(40):
-        now = decode(take())
+        now = decode(take_screenshot())
         if now.shape == before.shape and np.array_equal(now, before):
             return now
         before = now
-    raise AssertionError("the picture does not come to rest")
+    raise AssertionError("no two successive pictures are equal")
 
 
 def decode(png: bytes) -> Picture:
-    """Return a picture as an array."""
+    """Return the pixels of a PNG file."""
     return np.asarray(Image.open(BytesIO(png)).convert("RGB"))

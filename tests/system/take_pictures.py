@@ -1,7 +1,7 @@
-"""The README's pictures of the dashboard: every tab with 4, 100 and 1,000 robots.
+"""Takes the pictures of `dashboards/README.md`: every tab with 4, 100 and 1,000 robots.
 
-`python -m tests.system.take_pictures [FOLDER]` evolves three colonies, films their dashboards (`crcolony replay`), and
-keeps what Rerun's viewer shows of the last generation in `docs/dashboard`, or in FOLDER.
+`python -m tests.system.take_pictures [FOLDER]` evolves three colonies, draws their dashboards (`crcolony replay`), and
+writes what Rerun's viewer shows of the last generation to `dashboards/pictures`, or to FOLDER.
 """
 
 import subprocess
@@ -10,7 +10,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from crcolony_dashboards.rerun_check import check_rerun
+from crcolony_dashboards.preconditions import check_rerun
 from PIL import Image
 
 from crcolony.config import load
@@ -24,37 +24,40 @@ COLONIES = {
     1_000: ["generations=6", "life.agents=6", "life.slice_steps=100", "life.slices=2"],
 }
 SHOWN_S = 60.0
-WIDTH_PX, COLOURS = 640, 96
+"""Of the colony's time that is drawn of a generation"""
+WIDTH_PX = 640
+COLOURS = 96
+"""Of a picture's palette"""
 
 
 def main() -> None:
     """Take all pictures."""
     check_rerun()
-    target = Path(sys.argv[1] if len(sys.argv) > 1 else "docs/dashboard")
+    target = Path(sys.argv[1] if len(sys.argv) > 1 else "dashboards/pictures")
     target.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as name:
         for robots, settings in COLONIES.items():
             folder = Path(name) / str(robots)
-            words = [
+            options = [
                 word for setting in (f"robots={robots}", *settings) for word in ("--set", setting)
             ]
-            run("evolve", *words, "--out", str(folder))
+            run("evolve", *options, "--out", str(folder))
             run("replay", str(folder), "--seconds", str(SHOWN_S))
-            take(folder, robots, target)
+            take_pictures(folder, robots, target)
 
 
-def run(*words: str) -> None:
+def run(*arguments: str) -> None:
     """Run a command of crcolony."""
-    subprocess.run(crcolony(*words), check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(crcolony(*arguments), check=True, stdout=subprocess.DEVNULL)
 
 
-def take(folder: Path, robots: int, target: Path) -> None:
-    """Take a picture of every tab of a film, while it shows the arena of the last generation."""
+def take_pictures(folder: Path, robots: int, target: Path) -> None:
+    """Take a picture of every tab of a replay, at a time at which the arena of the last generation is drawn."""
     with headless_viewer_of(folder / "replay.rrd", folder / "viewer.log") as viewer:
         viewer.client.set_time("sim", duration=shown_at_s(folder), play_state="paused")
         for number, tab in enumerate(TABS):
             viewer.turn_to(number)
-            time.sleep(1.5)  # it loads what it shows
+            time.sleep(1.5)  # the viewer loads the tab
             viewer.whole_picture()
             small = Image.fromarray(viewer.whole_picture())
             small = small.resize(
@@ -66,12 +69,10 @@ def take(folder: Path, robots: int, target: Path) -> None:
 
 
 def shown_at_s(folder: Path) -> float:
-    """Return a moment, in the colony's time, at which a replay shows the last generation."""
+    """Return a time of the colony at which a replay shows the last generation."""
     config = load(folder / "config.toml")
-    incarnation = config.life
-    steps = (
-        (config.generations - 1) * incarnation.agents * incarnation.slices * incarnation.slice_steps
-    )
+    life = config.life
+    steps = (config.generations - 1) * life.agents * life.slices * life.slice_steps
     return steps * config.arena.control_period_s + 0.75 * SHOWN_S
 
 

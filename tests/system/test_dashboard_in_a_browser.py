@@ -1,4 +1,4 @@
-"""`crcolony launch --dashboard`: the colony in a browser, from one command."""
+"""`crcolony launch --dashboard` shows the colony in a browser."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from tests.support.process_colony import colony, settings
 
 @pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here")
 def test_launch_shows_its_colony_in_a_browser(tmp_path: Path) -> None:
-    """The address that launch prints shows walls, battery packs and robots' faces; all is recorded in its folder."""
+    """At the printed address walls, packs and robots' faces are visible; the recordings are in the run's folder."""
     with colony(tmp_path) as made:
         launched = made.start(
             "launch", "launch", "-n", "4", "--hz", "10", *settings("arena.area_per_robot_m2=0.6"),

@@ -1,4 +1,4 @@
-"""When a dashboard cannot do what it should: one clear line, nothing lost that can be kept, the colony undisturbed."""
+"""When a dashboard fails it prints one clear line, keeps what it can, and leaves the colony undisturbed."""
 
 import os
 import signal
@@ -16,28 +16,28 @@ QUICK = ("--no-recording",)
 
 
 def start(made: Colony, *words: str, port: int | None = None) -> Process:
-    """Start a dashboard of a colony that may not be there."""
+    """Start a dashboard of a colony that may be offline."""
     port = port or free_port()
-    words = (*words, "--connect", made.endpoint, "--port", str(port))
-    return made.start(f"dashboard-{len(made.processes)}", "dashboard", *words)
+    arguments = (*words, "--connect", made.endpoint, "--port", str(port))
+    return made.start(f"dashboard-{len(made.processes)}", "dashboard", *arguments)
 
 
-def test_without_a_colony_it_says_so_and_shows_the_one_that_comes(tmp_path: Path) -> None:
-    """It looks on; when robots come it says whom it watches, and when they are gone it looks again."""
+def test_without_a_colony_it_waits_for_one(tmp_path: Path) -> None:
+    """It prints when a colony is online, and when none is any more."""
     with colony(tmp_path) as made:
         dashboard = start(made, *QUICK)
-        dashboard.wait_for("no colony on the network yet; looking")
+        dashboard.wait_for("no colony on the network yet; waiting")
         made.arena(2, "--hz", "20")
         robot = made.robot()
         dashboard.wait_for("watching colony")
         robot.stop()
-        dashboard.wait_for("nobody is there any more; looking")
+        dashboard.wait_for("no colony on the network any more; waiting")
         dashboard.stop()
 
 
 @pytest.mark.parametrize("option", ["--port", "--web-port"])
-def test_a_port_that_is_taken_is_named(tmp_path: Path, option: str) -> None:
-    """The line has the port and the option that chooses another; exit code 2."""
+def test_a_port_that_is_taken_is_reported(tmp_path: Path, option: str) -> None:
+    """With the option that chooses another one, and exit code 2."""
     with colony(tmp_path) as made, socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()
@@ -53,8 +53,8 @@ def test_a_port_that_is_taken_is_named(tmp_path: Path, option: str) -> None:
         )
 
 
-def test_on_a_full_disk_it_goes_on_without_recording(tmp_path: Path) -> None:
-    """Files may grow to 300 kB here: it says for each that it is not recorded any more, and shows the colony on."""
+def test_on_a_full_disk_it_continues_without_recording(tmp_path: Path) -> None:
+    """Files may grow to 300 kB here: it reports each that is not recorded any more, and continues."""
     small = (
         "import os, resource, sys;"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, resource.RLIM_INFINITY));"
@@ -79,17 +79,21 @@ def test_on_a_full_disk_it_goes_on_without_recording(tmp_path: Path) -> None:
         assert (out / "telemetry.sqlite").stat().st_size <= 300_000
 
 
-def test_nonsense_on_the_network_is_counted_and_shown_to_nobody(tmp_path: Path) -> None:
-    """Bytes that are no telemetry, under every key that it hears, do not end it: it goes on to see robots come."""
+def test_malformed_telemetry_does_not_stop_it(tmp_path: Path) -> None:
+    """Neither on any key that it subscribes to, nor as a token: afterwards it still notices a new robot."""
     with colony(tmp_path) as made:
         made.arena(2, "--hz", "20")
         dashboard = start(made, "--out", str(tmp_path / "watched"))
-        dashboard.wait_for("no colony on the network yet; looking")
-        of = ColonyKeys("colony")
+        dashboard.wait_for("no colony on the network yet; waiting")
+        keys = ColonyKeys("colony")
         with open_session(NetworkSettings(connect=(made.endpoint,))) as session:
-            for key in (of.state(bytes(16)), of.event(bytes(16)), "crcolony/1/arena/arena/scene"):
-                for nonsense in (b"", b"\x93\xa5state", os.urandom(4096), b"\xff" * 300_000):
-                    session.put(key, nonsense)
+            for key in (
+                keys.state(bytes(16)),
+                keys.event(bytes(16)),
+                "crcolony/1/arena/arena/scene",
+            ):
+                for payload in (b"", b"\x93\xa5state", os.urandom(4096), b"\xff" * 300_000):
+                    session.put(key, payload)
             token = session.liveliness().declare_token("crcolony/1/colony/colony/alive/x/y/z")
             made.robot()
             dashboard.wait_for("watching colony")
@@ -98,17 +102,17 @@ def test_nonsense_on_the_network_is_counted_and_shown_to_nobody(tmp_path: Path) 
         dashboard.stop()
 
 
-def test_it_ends_well_when_told_to_and_its_film_is_whole(tmp_path: Path) -> None:
-    """SIGTERM with a colony alive: exit code 0 soon, and the film has its footer."""
+def test_after_sigterm_its_recording_is_complete(tmp_path: Path) -> None:
+    """With a colony online: exit code 0 soon, and the recording has its footer."""
     with colony(tmp_path) as made:
         made.arena(2, "--hz", "20")
         made.robot()
         dashboard = start(made, "--out", str(tmp_path / "watched"))
         dashboard.wait_for("watching colony")
         rrd = tmp_path / "watched" / "dashboard.rrd"
-        wait_until(lambda: rrd.stat().st_size > 50_000, "something is filmed")
+        wait_until(lambda: rrd.stat().st_size > 50_000, "something is recorded")
         dashboard.signal(signal.SIGTERM)
         assert dashboard.wait(10.0) == 0
     from rerun.chunk import RrdReader
 
-    assert RrdReader(str(rrd)).store() is not None, "only a film with its footer has an index"
+    assert RrdReader(str(rrd)).store() is not None, "only a recording with a footer has an index"

@@ -1,1 +1,1 @@
-"""The pages of the dashboard, one file each, and how they look."""
+"""The tabs of the dashboard and how they look."""

@@ -1,4 +1,4 @@
-"""Log: what happens, in words. Of one kind of thing no more than a few lines a second are written out."""
+"""The log tab: events and status changes as lines of text, at most a few of each kind a second."""
 
 from typing import TYPE_CHECKING
 
@@ -11,24 +11,24 @@ if TYPE_CHECKING:
 
 
 class LogTab:
-    """Writes once a second."""
+    """Writes once a second, since the view model counts the lines of a second."""
 
     def __init__(self) -> None:
-        self._beat = Throttle(1.0)
+        self._throttle = Throttle(1.0)
 
     def layout(self) -> "rrb.View":
-        """Return the place of the log."""
+        """Return the log view."""
         import rerun.blueprint as rrb
 
         return rrb.TextLogView(origin="/log", name="Log")
 
     def setup(self, streams: RerunStreams) -> None:
-        """Nothing was said yet."""
+        """Draw nothing: there is nothing to draw yet."""
 
     def draw(self, streams: RerunStreams, view: ColonyView, moment: Moment) -> None:
-        """Write what was said since the last time."""
+        """Write the lines since the last call."""
         import rerun as rr
 
-        if self._beat.is_due(moment.unix_s):
-            for line in view.take_log_lines():
+        if self._throttle.is_due(moment.unix_s):
+            for line in view.pop_log_lines():
                 streams.log(f"/log/{line.kind}", rr.TextLog(line.text, level=line.level))

@@ -1,4 +1,4 @@
-"""The colours of the dashboard: few, told apart by the colour-blind too (Okabe and Ito), the same in every view."""
+"""The colours of the dashboard, the same in every view, distinct for the colour-blind too (Okabe and Ito, 2008)."""
 
 import colorsys
 import functools
@@ -9,18 +9,18 @@ from numpy.typing import NDArray
 
 Colour = tuple[int, int, int]
 Colours = NDArray[np.uint8]
-"""(n, 3) red, green, blue"""
+"""(n, 3) red, green, blue from 0 to 255"""
 
 BACKGROUND: Colour = (18, 20, 26)
 INK: Colour = (222, 226, 230)
 DIM: Colour = (108, 117, 125)
 FAINT: Colour = (44, 50, 58)
 STALE: Colour = (95, 99, 104)
-"""Who has said nothing for a while"""
+"""Robots without a recent state"""
 MODULES: tuple[Colour, ...] = ((86, 180, 233), (204, 121, 167))
-"""Foraging, mating"""
+"""Of the learning modules foraging and mating"""
 CONCEIVED: Colour = (255, 255, 255)
-"""A mating that made offspring"""
+"""A mating by which at least one of the robots conceived"""
 MATED: Colour = (204, 121, 167)
 MET: Colour = DIM
 PACK: Colour = (240, 228, 66)
@@ -38,7 +38,7 @@ SERIES: tuple[Colour, ...] = (
     (213, 94, 0),
     (190, 190, 190),
 )
-"""Lines of one plot, in order"""
+"""Of the lines of one plot, in order"""
 
 _FULL = np.linspace(0.0, 1.0, 3)
 _ENERGY = np.array([BAD, MIDDLING, GOOD], dtype=float)
@@ -46,7 +46,7 @@ _GOLDEN = 0.618033988749895
 
 
 def energy_colours(energies: Sequence[float]) -> Colours:
-    """Return the colours of energies from 0 (hungry) to 1 (full)."""
+    """Return the colours of energies from 0 (starving, red) to 1 (full, green), (n, 3)."""
     levels = np.clip(np.asarray(energies, dtype=float), 0.0, 1.0)
     return np.stack([np.interp(levels, _FULL, _ENERGY[:, k]) for k in range(3)], axis=-1).astype(
         np.uint8
@@ -54,27 +54,27 @@ def energy_colours(energies: Sequence[float]) -> Colours:
 
 
 def module_colour(module: int) -> Colour:
-    """Return the colour of a learning module by its number; that of a robot without one is faint."""
+    """Return the colour of a learning module by its number; grey if it is negative, for a robot without one."""
     return MODULES[module % len(MODULES)] if module >= 0 else STALE
 
 
 def series_colour(number: int) -> Colour:
-    """Return the colour of the n-th of several lines."""
+    """Return the colour of the n-th line of a plot."""
     return SERIES[number % len(SERIES)]
 
 
 @functools.cache
 def founder_colour(number: int) -> Colour:
-    """Return the colour of the n-th founder: neighbours differ, and there is no end of them."""
+    """Return the colour of the n-th founder, for any n; successive ones differ strongly."""
     hue = (0.58 + number * _GOLDEN) % 1.0
     value = 0.95 - 0.25 * (number % 3) / 2.0
     red, green, blue = colorsys.hsv_to_rgb(hue, 0.65, value)
     return round(255 * red), round(255 * green), round(255 * blue)
 
 
-def colours(many: Iterable[Colour]) -> Colours:
-    """Return colours as Rerun takes them, (n, 3)."""
-    return np.array(list(many), dtype=np.uint8).reshape(-1, 3)
+def colour_array(colours: Iterable[Colour]) -> Colours:
+    """Return colours as an array, (n, 3)."""
+    return np.array(list(colours), dtype=np.uint8).reshape(-1, 3)
 
 
 _VIRIDIS = np.array(
@@ -82,8 +82,8 @@ _VIRIDIS = np.array(
 )
 
 
-def heat(values: NDArray[np.float64]) -> Colours:
-    """Return values of any range as colours from dark (lowest) to bright (highest), (..., 3)."""
+def heat_map(values: NDArray[np.float64]) -> Colours:
+    """Return values as colours from dark (the lowest) to bright (the highest), (..., 3)."""
     low, high = float(values.min()), float(values.max())
     levels = (values - low) / (high - low) if high > low else np.full(values.shape, 0.5)
     stops = np.linspace(0.0, 1.0, len(_VIRIDIS))

@@ -1,7 +1,7 @@
-"""Everybody in all arenas: where they are on the picture, and in which colours. Arrays, one row a robot.
+"""The robots of all arenas as arrays, one row a robot: their positions on the picture, and their colours.
 
-Positions are new with every scene. Colours come from what robots tell of themselves, twice a second, and are looked up
-less often than scenes come.
+Positions change with every scene. Colours depend on the robots' states, which are published twice a second, and are
+updated less often than scenes.
 """
 
 from collections.abc import Sequence
@@ -18,19 +18,20 @@ from crcolony_dashboards.throttle import Throttle
 from crcolony_dashboards.view_model.colony_view import ColonyView
 
 GAP_M = 0.4
-"""Between two arenas, which stand side by side"""
-_BODY_M = 0.11
-_SMALLEST = 0.0055
+"""Between two arenas"""
+_BODY_RADIUS_M = 0.11
+_MIN_RADIUS_SHARE = 0.0055
 """A robot's radius on the picture is at least this share of its arena's size"""
-_LOOKS_S = 0.4
-"""How often colours are looked up"""
+_COLOURS_PERIOD_S = 0.4
+"""How often colours are updated"""
+_MAX_CACHED_FOUNDERS = 20_000
 
 Points = NDArray[np.float64]
 """(n, 2) metres"""
 
 
-def offsets_m(scenes: Sequence[Scene]) -> list[float]:
-    """Return where the middle of each arena is on the picture, from left to right."""
+def arena_offsets_m(scenes: Sequence[Scene]) -> list[float]:
+    """Return the x coordinate of every arena's centre on the picture; the first is at 0, the others to its right."""
     offsets, right_m = [], 0.0
     for number, scene in enumerate(scenes):
         middle_m = right_m + 0.5 * scene.width_m if number else 0.0
@@ -40,98 +41,99 @@ def offsets_m(scenes: Sequence[Scene]) -> list[float]:
 
 
 @dataclass(frozen=True)
-class Looks:
-    """The colours of robots, in the order of `Crowd.robots`; (n, 3)."""
-
-    robots: list[RobotId]
-    rings: Colours
-    """Energy"""
-    faces: Colours
-    """Module in use"""
-    founders: Colours
-    """The founder of most genes of the agent in control"""
-    stale: list[bool]
-
-
-@dataclass(frozen=True)
-class Crowd:
-    """Robots where they are now."""
+class RobotMarkers:
+    """Positions of robots on the picture."""
 
     robots: list[RobotId]
     points: Points
     headings: NDArray[np.float64]
     """(n,) radians"""
     radius_m: float
-    """Of a robot on the picture: in a large arena larger than it is"""
+    """Of all robots on the picture; in a large arena larger than a body"""
 
 
-def crowd_of(scenes: Sequence[Scene]) -> Crowd:
-    """Return everybody who is in a scene."""
-    robots = [seen.robot for scene in scenes for seen in scene.robots]
+def robot_markers(scenes: Sequence[Scene]) -> RobotMarkers:
+    """Return the markers of all robots, in the order of the scenes and of the robots in them."""
+    robots = [robot.robot for scene in scenes for robot in scene.robots]
     rows = [
-        (seen.x_m + offset_m, seen.y_m, seen.heading_rad)
-        for scene, offset_m in zip(scenes, offsets_m(scenes), strict=True)
-        for seen in scene.robots
+        (robot.x_m + offset_m, robot.y_m, robot.heading_rad)
+        for scene, offset_m in zip(scenes, arena_offsets_m(scenes), strict=True)
+        for robot in scene.robots
     ]
-    where = np.array(rows, dtype=float).reshape(-1, 3)
-    extent_m = max((max(scene.width_m, scene.height_m) for scene in scenes), default=0.0)
-    return Crowd(robots, where[:, :2], where[:, 2], max(_BODY_M, _SMALLEST * extent_m))
+    poses = np.array(rows, dtype=float).reshape(-1, 3)
+    size_m = max((max(scene.width_m, scene.height_m) for scene in scenes), default=0.0)
+    radius_m = max(_BODY_RADIUS_M, _MIN_RADIUS_SHARE * size_m)
+    return RobotMarkers(robots, poses[:, :2], poses[:, 2], radius_m)
 
 
-class LooksOf:
-    """Looks up colours, and remembers them for a moment."""
+@dataclass(frozen=True)
+class RobotColours:
+    """Colours of robots, in the order of `RobotMarkers.robots`; (n, 3) each."""
+
+    robots: list[RobotId]
+    energy: Colours
+    module: Colours
+    """Of the learning module in control"""
+    founder: Colours
+    """Of the founder of most genes of the agent in control"""
+    is_stale: list[bool]
+
+
+class ColourLookup:
+    """Computes the colours of robots, and keeps them for a moment."""
 
     def __init__(self) -> None:
-        self._beat = Throttle(_LOOKS_S)
-        nobody = palette.colours([])
-        self._looks = Looks([], nobody, nobody, nobody, [])
+        self._throttle = Throttle(_COLOURS_PERIOD_S)
+        empty = palette.colour_array([])
+        self._colours = RobotColours([], empty, empty, empty, [])
         self._founders: dict[RobotId, tuple[str, palette.Colour]] = {}
+        """Of every robot its agent and the colour of that agent's founder"""
 
-    def of(self, view: ColonyView, crowd: Crowd, unix_s: float) -> Looks:
-        """Return how robots look now; who is silent, or whose arena is, is grey."""
-        if self._beat.is_due(unix_s) or crowd.robots != self._looks.robots:
-            self._looks = self._look(view, crowd, unix_s)
-        return self._looks
+    def colours(self, view: ColonyView, markers: RobotMarkers, unix_s: float) -> RobotColours:
+        """Return the colours of all robots; a robot is grey if its state or its arena's scene is stale."""
+        if self._throttle.is_due(unix_s) or markers.robots != self._colours.robots:
+            self._colours = self._compute(view, markers, unix_s)
+        return self._colours
 
-    def _look(self, view: ColonyView, crowd: Crowd, unix_s: float) -> Looks:
-        robots = view.monitor.robots
-        quiet = {
-            seen.robot
+    def _compute(self, view: ColonyView, markers: RobotMarkers, unix_s: float) -> RobotColours:
+        in_stale_arenas = {
+            robot.robot
             for arena in view.arenas
             if arena.scene is not None and unix_s - arena.updated_s > SILENT_AFTER_S
-            for seen in arena.scene.robots
+            for robot in arena.scene.robots
         }
-        stale, energies, modules, founders = [], [], [], []
-        for robot in crowd.robots:
-            status = robots.get(robot)
+        is_stale, energies, modules, founders = [], [], [], []
+        for robot in markers.robots:
+            status = view.monitor.robots.get(robot)
             state = status.state if status is not None else None
-            is_stale = state is None or robot in quiet or view.is_stale(status, unix_s)
-            stale.append(is_stale)
+            is_stale.append(
+                state is None or robot in in_stale_arenas or view.is_stale(status, unix_s)
+            )
             energies.append(state.energy if state is not None else 0.0)
             modules.append(palette.module_colour(state.module if state is not None else -1))
-            founders.append(self._founder(view, robot, state.agent if state else ""))
-        grey = np.array(stale, dtype=bool)[:, None]
+            founders.append(self._founder_colour(view, robot, state.agent if state else ""))
+        grey = np.array(is_stale, dtype=bool)[:, None]
 
         def shaded(colours: Colours) -> Colours:
             return np.where(grey, np.array(palette.STALE, dtype=np.uint8), colours)
 
-        return Looks(
-            crowd.robots,
+        return RobotColours(
+            markers.robots,
             shaded(palette.energy_colours(energies)),
-            shaded(palette.colours(modules)),
-            shaded(palette.colours(founders)),
-            stale,
+            shaded(palette.colour_array(modules)),
+            shaded(palette.colour_array(founders)),
+            is_stale,
         )
 
-    def _founder(self, view: ColonyView, robot: RobotId, agent: str) -> palette.Colour:
-        known = self._founders.get(robot)
-        if known is not None and known[0] == agent:
-            return known[1]
+    def _founder_colour(self, view: ColonyView, robot: RobotId, agent: str) -> palette.Colour:
+        cached = self._founders.get(robot)
+        if cached is not None and cached[0] == agent:
+            return cached[1]
         colony = view.colony_of(robot)
         member = colony.family[agent] if colony is not None else None
         if member is None:
             return palette.DIM
-        if len(self._founders) > 20_000:
+        if len(self._founders) > _MAX_CACHED_FOUNDERS:
             self._founders.clear()
         colour = palette.founder_colour(member.founder)
         self._founders[robot] = (agent, colour)

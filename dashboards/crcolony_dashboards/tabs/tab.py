@@ -1,4 +1,4 @@
-"""What every tab of the dashboard can do."""
+"""The interface of a tab, and what several tabs need."""
 
 import re
 from typing import TYPE_CHECKING, Protocol
@@ -9,28 +9,28 @@ from crcolony_dashboards.view_model.colony_view import ColonyView
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
 
-FEW_ROBOTS = 16
-"""So many have lines of their own; more are a distribution"""
+MAX_ROBOT_LINES = 16
+"""Up to so many robots have lines of their own; of more the distribution is drawn"""
 
 
 class Tab(Protocol):
-    """One page: where it is laid out, what stays as it is, and what is drawn again and again."""
+    """One tab of the dashboard."""
 
     def layout(self) -> "rrb.Container | rrb.View":
-        """Return its place in the blueprint."""
+        """Return the views of the tab."""
         ...
 
     def setup(self, streams: RerunStreams) -> None:
-        """Draw what never changes."""
+        """Log static data, once, before anything else."""
         ...
 
     def draw(self, streams: RerunStreams, view: ColonyView, moment: Moment) -> None:
-        """Draw what is due at this moment."""
+        """Log what is due; called ten times a second."""
         ...
 
 
-def whole_past() -> "rrb.TimeAxis":
-    """Return a time axis that always shows everything up to now, whatever other views show."""
+def full_time_axis() -> "rrb.TimeAxis":
+    """Return a time axis that always shows the whole recording, independent of other views."""
     import rerun.blueprint as rrb
 
     return rrb.TimeAxis(
@@ -41,6 +41,6 @@ def whole_past() -> "rrb.TimeAxis":
     )
 
 
-def safe(name: str) -> str:
-    """Return a name as it may stand in the path of an entity."""
+def entity_name(name: str) -> str:
+    """Return a name with the characters that an entity path may have."""
     return re.sub(r"[^A-Za-z0-9_.-]", "_", name.replace("#", "robot "))

@@ -1,1 +1,1 @@
-"""What a spectator makes of what is heard: no I/O, no clock, and nothing of Rerun."""
+"""What is drawn, computed from telemetry: no I/O, no clock, and no import of Rerun."""

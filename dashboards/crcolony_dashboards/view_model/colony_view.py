@@ -1,10 +1,10 @@
-"""What somebody sees who watches colonies: who has just met and mated, what has ended, what was said, how fast it goes.
+"""What the tabs of the dashboard draw: robots, arenas, colonies, recent matings, log lines and rates.
 
-Fed with news (`colony/watch.py`) and asked by the tabs of the dashboard. No I/O and no clock.
+It receives the status changes of a `ColonyMonitor`; it does no I/O and reads no clock.
 """
 
 import statistics
-from collections import Counter, deque
+from collections import deque
 from dataclasses import dataclass, field
 
 from crcolony.evolution.history import Born, Lived
@@ -23,156 +23,103 @@ from crcolony.telemetry.status_changes import EventReceived, StatusChange
 from crcolony_dashboards.throttle import Throttle
 from crcolony_dashboards.view_model.family_tree import FamilyTree
 from crcolony_dashboards.view_model.generations import Generation, Generations
-from crcolony_dashboards.view_model.log_lines import Line, in_words
-from crcolony_dashboards.view_model.plausibility import MAX_S, is_sound_event, is_sound_scene
+from crcolony_dashboards.view_model.log_buffer import LogBuffer
+from crcolony_dashboards.view_model.log_lines import LogLine, format_change
+from crcolony_dashboards.view_model.naming import robot_names, short_id
+from crcolony_dashboards.view_model.pairings import Pairing, RecentPairings
+from crcolony_dashboards.view_model.plausibility import (
+    MAX_SIM_S,
+    is_plausible_event,
+    is_plausible_scene,
+)
+from crcolony_dashboards.view_model.rates import ColonyRates, RateCounter
 
 MAX_COLONIES = 8
-"""That are told apart; of more, the first"""
-MATING_S, MEETING_S = 1.5, 0.6
-"""How long a mating and a meeting are shown"""
-_LINES_PER_S = 8
-"""Of one kind in the log"""
-_WINDOW_S = 60.0
-"""Rates are of so much of the past"""
-_MAX_PAIRS = 2_000
-_NEWS_S = 5.0
-"""A meeting that is told so late is not shown: it was missed, or was before anybody watched"""
-
-
-@dataclass
-class Pairing:
-    """Two robots that met, or mated: told by both of them, shown once."""
-
-    robots: tuple[RobotId, RobotId]
-    unix_s: float
-    mated: bool = False
-    conceived: int = 0
-    """By how many of the two"""
-
-
-@dataclass(frozen=True)
-class Sample:
-    """How far a colony was at one moment."""
-
-    minutes: float
-    """Of the colony's own time"""
-    robot_minutes: float
-    """Of all its robots together"""
-    matings: float
-    captures: float
+"""Drawn apart from each other; robots of further colonies are drawn but not counted"""
+_MAX_DELAY_S = 5.0
+"""A meeting reported later than this, by back-fill, is not drawn"""
+_ROBOTS_REFRESH_S = 0.5
+"""How often the list of robots, their states and names are updated"""
 
 
 @dataclass
 class Colony:
-    """One of the colonies that are watched."""
+    """What is known of one colony."""
 
     name: str
     generations: Generations = field(default_factory=Generations)
     family: FamilyTree = field(default_factory=FamilyTree)
-    matings: float = 0.0
-    captures: float = 0.0
-    samples: deque[tuple[float, Sample]] = field(default_factory=deque)
+    rates: ColonyRates = field(default_factory=ColonyRates)
     best: str = ""
-    """Who mated most in the generation that ended last"""
-    is_over: bool = False
-    """Whether all its robots have gone: one of that name that begins with founders is another"""
+    """The agent that mated most in the generation that ended last"""
+    has_ended: bool = False
+    """Whether all its robots have left: founders of the same name are then another colony"""
 
 
 class ColonyView:
-    """Takes news, in order, and knows what the dashboard draws."""
+    """The view model of the dashboard. Status changes are passed to it in order."""
 
     def __init__(self, monitor: ColonyMonitor) -> None:
         self.monitor = monitor
         self.colonies: dict[str, Colony] = {}
-        self.pairings: deque[Pairing] = deque(maxlen=_MAX_PAIRS)
-        """Meetings and matings of the last moments, the oldest first"""
-        self._known_pairings: dict[object, Pairing] = {}
-        self._lines: list[Line] = []
-        self._said: Counter[str] = Counter()
-        self._counted: dict[RobotId, RobotState] = {}
-        self._clock = ""
-        """The arena whose time it is; empty: nobody's but the wall's"""
         self.alive: list[RobotStatus] = []
-        """Who is on the network, in order of their number and id"""
+        """Robots on the network, in order of their number and id"""
         self.arenas: list[ArenaStatus] = []
-        """Of which anything was seen that can be drawn, in order of their name"""
+        """Arenas with a scene that can be drawn, in order of their name"""
+        self._pairings = RecentPairings()
+        self._log = LogBuffer()
+        self._rate_counter = RateCounter()
         self._states: dict[str, list[RobotState]] = {}
+        """Of every colony the states of its robots on the network"""
         self._names: dict[RobotId, str] = {}
-        self._looking = Throttle(0.5)
+        self._robots_throttle = Throttle(_ROBOTS_REFRESH_S)
 
-    # What comes in --------------------------------------------------------------------------------------------------
+    # Input ----------------------------------------------------------------------------------------------------------
 
-    def handle_change(self, changes: StatusChange, unix_s: float) -> None:
-        """Take one piece of news."""
-        line = in_words(changes, self.call)
+    def handle_change(self, change: StatusChange, unix_s: float) -> None:
+        """Process one status change, received at `unix_s`."""
+        line = format_change(change, self.name_of)
         if line is not None:
-            self._said[line.kind] += 1
-            if self._said[line.kind] <= _LINES_PER_S:
-                self._lines.append(line)
-        if isinstance(changes, EventReceived):
-            self._happened(changes, unix_s)
+            self._log.add(line)
+        if isinstance(change, EventReceived):
+            self._handle_event(change.message, unix_s)
 
-    def _happened(self, changes: EventReceived, unix_s: float) -> None:
-        message, event = changes.message, changes.message.event
-        if isinstance(event, Met | Exchanged) and not self._is_long_ago(message):
-            self._show(message.robot, event, unix_s)
+    def _handle_event(self, message: EventMessage, unix_s: float) -> None:
+        event = message.event
+        if isinstance(event, Met | Exchanged) and not self._is_late(message):
+            self._pairings.add(message.robot, event, unix_s)
         colony = self.colony_of(message.robot)
         if colony is None:
             return
         if isinstance(event, Exchanged):
             colony.generations.add_mating(event)
-        elif isinstance(event, Born) and is_sound_event(event):
-            if colony.is_over and event.generation == 0:
+        elif isinstance(event, Born) and is_plausible_event(event):
+            if colony.has_ended and event.generation == 0:
                 colony = self.colonies[colony.name] = Colony(colony.name)
-            colony.is_over = False
+            colony.has_ended = False
             colony.generations.add_birth(message.robot, event)
             colony.family.add_birth(message.robot, event)
-        elif isinstance(event, Lived) and is_sound_event(event):
+        elif isinstance(event, Lived) and is_plausible_event(event):
             colony.generations.add_lifetime(event, message.unix_ms / 1000.0, unix_s)
 
-    def _is_long_ago(self, message: EventMessage) -> bool:
-        """Tell whether something was missed and is told only now, by the clock of who tells it."""
+    def _is_late(self, message: EventMessage) -> bool:
+        """Return whether an event happened long before its robot's last state, by that robot's own clock."""
         status = self.monitor.robots.get(message.robot)
         state = status.state if status is not None else None
-        return state is not None and state.unix_ms - message.unix_ms > 1000.0 * _NEWS_S
-
-    def _show(self, robot: RobotId, event: Met | Exchanged, unix_s: float) -> None:
-        if isinstance(event, Met):
-            low, high = sorted((robot, event.peer))
-            self._pair((low, high), (low, high), unix_s)
-        else:
-            both = (event.encounter.initiator, event.encounter.responder)
-            pairing = self._pair(event.encounter, both, unix_s)
-            pairing.mated = True
-            pairing.conceived += event.conceived
-
-    def _pair(self, key: object, robots: tuple[RobotId, RobotId], unix_s: float) -> Pairing:
-        known = self._known_pairings.get(key)
-        if known is not None and (known.mated or abs(unix_s - known.unix_s) < MEETING_S):
-            return known
-        pairing = Pairing(robots, unix_s)
-        self._known_pairings[key] = pairing
-        self.pairings.append(pairing)
-        return pairing
+        return state is not None and state.unix_ms - message.unix_ms > 1000.0 * _MAX_DELAY_S
 
     def refresh(self, unix_s: float) -> None:
-        """See who is there now, and forget what was shown long enough."""
-        arenas = self.monitor.arenas
-        scenes = {name: arena.scene for name, arena in sorted(arenas.items())}
+        """Update arenas, robots and recent pairings; called before every drawing."""
         self.arenas = [
-            arenas[name] for name, scene in scenes.items() if scene and is_sound_scene(scene)
+            arena
+            for _, arena in sorted(self.monitor.arenas.items())
+            if arena.scene and is_plausible_scene(arena.scene)
         ]
-        if self._looking.is_due(unix_s):
-            self._look_at_robots()
-        while self.pairings and abs(unix_s - self.pairings[0].unix_s) > MATING_S:
-            self.pairings.popleft()
-        if len(self._known_pairings) > 2 * _MAX_PAIRS:
-            recent = unix_s - 10.0
-            self._known_pairings = {
-                key: known for key, known in self._known_pairings.items() if known.unix_s > recent
-            }
+        if self._robots_throttle.is_due(unix_s):
+            self._refresh_robots()
+        self._pairings.drop_old(unix_s)
 
-    def _look_at_robots(self) -> None:
+    def _refresh_robots(self) -> None:
         self.alive = self.monitor.alive
         self._states = {name: [] for name in self.colonies}
         for status in self.alive:
@@ -180,141 +127,96 @@ class ColonyView:
                 self._states.setdefault(status.colony, []).append(status.state)
         present = {status.colony for status in self.alive}
         for name, colony in self.colonies.items():
-            colony.is_over = colony.is_over or name not in present
-        self._names = self._name_all()
+            colony.has_ended = colony.has_ended or name not in present
+        self._names = robot_names(self.monitor.robots, len(self.colonies) > 1)
 
-    # What there is to draw ------------------------------------------------------------------------------------------
+    def update_rates(self, unix_s: float) -> None:
+        """Count matings and captures from the robots' states; called about once a second."""
+        for status in self.alive:
+            colony = self.colony_of(status.robot)
+            if status.state is not None and colony is not None:
+                self._rate_counter.count(status.robot, status.state, colony.rates)
+        self._rate_counter.drop_absent(self.monitor.robots)
+        arena = self.arenas[0].name if self.arenas else ""
+        self._rate_counter.set_clock(arena, [colony.rates for colony in self.colonies.values()])
+        sim_s = self.sim_s()
+        minutes = (unix_s if sim_s is None else sim_s) / 60.0
+        for colony in self.colonies.values():
+            colony.rates.add_sample(unix_s, minutes, len(self.states(colony.name)))
 
-    def call(self, robot: RobotId) -> str:
-        """Return how a robot is called: by its number, if it alone has it, with its colony if there are several."""
-        return self._names.get(robot, robot.hex()[:8])
+    # Output ---------------------------------------------------------------------------------------------------------
 
-    def _name_all(self) -> dict[RobotId, str]:
-        numbers = Counter(
-            (w.colony, w.state.number) for w in self.monitor.robots.values() if w.state
-        )
-        names = {}
-        for robot, status in self.monitor.robots.items():
-            number = status.state.number if status.state is not None else None
-            is_own = number is not None and numbers[status.colony, number] == 1
-            name = f"#{number}" if is_own else robot.hex()[:8]
-            names[robot] = f"{status.colony} {name}" if len(self.colonies) > 1 else name
-        return names
+    def name_of(self, robot: RobotId) -> str:
+        """Return the displayed name of a robot."""
+        return self._names.get(robot, short_id(robot))
+
+    @property
+    def pairings(self) -> deque[Pairing]:
+        """Meetings and matings of the last moments, the oldest first."""
+        return self._pairings.recent
 
     def colony_of(self, robot: RobotId) -> Colony | None:
-        """Return the colony of a robot, if it is one of those that are told apart."""
+        """Return the colony of a robot, which is added if there is room; None if there is none."""
         status = self.monitor.robots.get(robot)
         if status is None:
             return None
         colony = self.colonies.get(status.colony)
-        if colony is not None or not self._has_room():
+        if colony is not None or not self._make_room():
             return colony
         colony = self.colonies[status.colony] = Colony(status.colony)
         return colony
 
-    def _has_room(self) -> bool:
-        """Make room for one more colony, if one of those that are told apart is over."""
+    def _make_room(self) -> bool:
+        """Drop a colony that has ended if there are too many; return whether there is room for one more."""
         if len(self.colonies) >= MAX_COLONIES:
-            over = next((name for name, colony in self.colonies.items() if colony.is_over), None)
-            if over is None:
+            ended = next((name for name, colony in self.colonies.items() if colony.has_ended), None)
+            if ended is None:
                 return False
-            del self.colonies[over]
+            del self.colonies[ended]
         return True
 
-    def take_log_lines(self) -> list[Line]:
-        """Return what was said since the last time, with how much more of it there was; ask once a second."""
-        lines, self._lines = self._lines, []
-        for kind, count in self._said.items():
-            if count > _LINES_PER_S:
-                lines.append(Line(kind, f"… and {count - _LINES_PER_S} more ({kind})"))
-        self._said.clear()
-        return lines
+    def pop_log_lines(self) -> list[LogLine]:
+        """Return the log lines since the last call; called once a second."""
+        return self._log.pop_lines()
 
-    def take_ended_generations(self, unix_s: float) -> list[tuple[Colony, Generation]]:
-        """Return the generations that are over since the last time."""
-        over = []
+    def pop_ended_generations(self, unix_s: float) -> list[tuple[Colony, Generation]]:
+        """Return the generations that have ended since the last call, with their colonies."""
+        ended = []
         for colony in self.colonies.values():
             present = {state.robot: state.generation for state in self.states(colony.name)}
-            for generation in colony.generations.take_ended(present, unix_s):
+            for generation in colony.generations.pop_ended(present, unix_s):
                 colony.best = generation.best
-                over.append((colony, generation))
-        return over
+                ended.append((colony, generation))
+        return ended
 
     def states(self, colony: str | None = None) -> list[RobotState]:
-        """Return how those are who are on the network, of one colony or all that are told apart."""
+        """Return the states of the robots on the network, of one colony or of all."""
         if colony is not None:
             return self._states.get(colony, [])
         return [state for states in self._states.values() for state in states]
 
     def scenes(self) -> list[Scene]:
-        """Return the arenas as they were seen last, in order of their names."""
+        """Return the last scene of every arena, in order of the arenas' names."""
         return [arena.scene for arena in self.arenas if arena.scene is not None]
 
     def is_stale(self, status: RobotStatus | None, unix_s: float) -> bool:
-        """Tell whether nothing was heard of a robot for a while."""
+        """Return whether a robot is offline, or no state of it was received for a while."""
         return status is None or not status.is_alive or unix_s - status.updated_s > SILENT_AFTER_S
 
     def sim_s(self) -> float | None:
-        """Return the time of the first arena, as it says or, if it has fallen silent, as its robots say; else None."""
-        if not self.arenas or self.arenas[0].scene is None:
+        """Return the time of the first arena, None without one: that of its scene, or later if its robots are."""
+        scenes = self.scenes()
+        if not scenes:
             return None
-        scene = self.arenas[0].scene
-        ticks = [state.tick for state in self.states() if state.arena == scene.arena]
-        tick = max(scene.tick, statistics.median_low(ticks or [0]))
-        return min(tick * scene.period_s, MAX_S)
+        ticks = [state.tick for state in self.states() if state.arena == scenes[0].arena]
+        tick = max(scenes[0].tick, statistics.median_low(ticks or [0]))
+        return min(tick * scenes[0].period_s, MAX_SIM_S)
 
     def period_s(self) -> float | None:
-        """Return the control period of the first arena, if there is one."""
+        """Return the control period of the first arena; None without an arena."""
         scenes = self.scenes()
         return scenes[0].period_s if scenes else None
 
     def generation(self) -> int:
-        """Return the generation that the last robot of all has reached."""
+        """Return the lowest generation of all robots on the network; 0 without robots."""
         return min((state.generation for state in self.states()), default=0)
-
-    def update_rates(self, unix_s: float) -> None:
-        """Count matings and captures on, from what robots tell of themselves; called once a second or so."""
-        for status in self.alive:
-            state, colony = status.state, self.colony_of(status.robot)
-            before = self._counted.get(status.robot)
-            if state is None or colony is None or state is before:
-                continue
-            self._counted[status.robot] = state
-            if before is not None:
-                colony.matings += max(0, state.matings - before.matings) / 2.0
-                colony.captures += max(0, state.captures - before.captures)
-        if len(self._counted) > len(self.monitor.robots):
-            robots = self.monitor.robots
-            self._counted = {who: state for who, state in self._counted.items() if who in robots}
-        self._sample(unix_s)
-
-    def _sample(self, unix_s: float) -> None:
-        """Note how far every colony is, by the clock that there is; by another clock it is noted anew."""
-        sim_s, clock = self.sim_s(), self.arenas[0].name if self.arenas else ""
-        if clock != self._clock:
-            self._clock = clock
-            for colony in self.colonies.values():
-                colony.samples.clear()
-        minutes = (unix_s if sim_s is None else sim_s) / 60.0
-        for colony in self.colonies.values():
-            robots = len(self.states(colony.name))
-            earlier = colony.samples[-1][1] if colony.samples else None
-            passed = max(0.0, minutes - earlier.minutes) if earlier else 0.0
-            robot_minutes = (earlier.robot_minutes if earlier else 0.0) + passed * robots
-            sample = Sample(minutes, robot_minutes, colony.matings, colony.captures)
-            colony.samples.append((unix_s, sample))
-            while unix_s - colony.samples[0][0] > _WINDOW_S:
-                colony.samples.popleft()
-
-    def rates(self, colony: Colony) -> tuple[float, float] | None:
-        """Return matings and captures of a robot in a minute of the colony's own time."""
-        if len(colony.samples) < 2:
-            return None
-        first, last = colony.samples[0][1], colony.samples[-1][1]
-        minutes = last.robot_minutes - first.robot_minutes
-        if minutes <= 0.0:
-            return None
-        return (
-            2.0 * (last.matings - first.matings) / minutes,
-            (last.captures - first.captures) / minutes,
-        )

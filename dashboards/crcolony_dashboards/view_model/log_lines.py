@@ -1,11 +1,9 @@
-"""What happens in a colony, in words for the log."""
+"""Status changes of a colony as lines of the log."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 from crcolony.evolution.history import Died, TurnedOver
-from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import EncounterOutcome, EventMessage, Exchanged, Fault
 from crcolony.telemetry.event_text import format_event
 from crcolony.telemetry.status_changes import (
@@ -17,69 +15,58 @@ from crcolony.telemetry.status_changes import (
     RobotRestarted,
     StatusChange,
 )
+from crcolony_dashboards.view_model.naming import NameLookup
 
 Level = Literal["INFO", "WARN", "ERROR"]
-Call = Callable[[RobotId], str]
-"""How a robot is called"""
+"""As Rerun's text log has them"""
 
-_WORRYING = ("orphaned", "doubt", "storage")
+_WARNINGS = ("orphaned", "doubt", "storage")
 
 
 @dataclass(frozen=True)
-class Line:
-    """A line of the log. Lines of one `kind` are thinned out when there are too many."""
+class LogLine:
+    """A line of the log. The number of lines of one `kind` is limited (`log_buffer.py`)."""
 
     kind: str
     text: str
     level: Level = "INFO"
 
 
-def in_words(changes: StatusChange, call: Call) -> Line | None:
-    """Say what has happened, or nothing where it is too ordinary."""
-    match changes:
+def format_change(change: StatusChange, name_of: NameLookup) -> LogLine | None:
+    """Return the line of a status change; None for the frequent ones, which have none."""
+    match change:
         case EventReceived(message=message):
-            return _event_in_words(message, call)
+            return _format_event(message, name_of)
         case RobotJoined(robot=robot):
-            return Line("presence", f"{call(robot)} is here")
+            return LogLine("presence", f"{name_of(robot)} is online")
         case RobotLeft(robot=robot):
-            return Line("presence", f"{call(robot)} is gone", "WARN")
+            return LogLine("presence", f"{name_of(robot)} is offline", "WARN")
         case RobotRestarted(robot=robot, incarnation=incarnation):
-            return Line("presence", f"{call(robot)} has begun anew: life {incarnation}", "WARN")
+            return LogLine(
+                "presence", f"{name_of(robot)} restarted: incarnation {incarnation}", "WARN"
+            )
         case ArenaJoined(arena=arena):
-            return Line("presence", f"arena {arena} is here")
+            return LogLine("presence", f"arena {arena} is online")
         case ArenaLeft(arena=arena):
-            return Line("presence", f"arena {arena} is gone", "WARN")
+            return LogLine("presence", f"arena {arena} is offline", "WARN")
     return None
 
 
-def _event_in_words(message: EventMessage, call: Call) -> Line | None:
-    event, text = message.event, format_event(message.robot, message.event, call)
+def _format_event(message: EventMessage, name_of: NameLookup) -> LogLine | None:
+    event, text = message.event, format_event(message.robot, message.event, name_of)
     if text is None:
         return None
-    me = call(message.robot)
+    name = name_of(message.robot)
     match event:
         case Exchanged():
-            return Line("mating", f"{me} {text}")
+            return LogLine("mating", f"{name} {text}")
         case Died():
-            return Line("death", f"{me}: {text}")
+            return LogLine("death", f"{name}: {text}")
         case TurnedOver():
-            return Line("turnover", f"{me} {text}")
+            return LogLine("turnover", f"{name} {text}")
         case EncounterOutcome(outcome=outcome) if outcome != "busy":
-            level: Level = "WARN" if outcome in _WORRYING else "INFO"
-            return Line("encounter", f"{me}: {text}", level)
+            level: Level = "WARN" if outcome in _WARNINGS else "INFO"
+            return LogLine("encounter", f"{name}: {text}", level)
         case Fault():
-            return Line("fault", f"{me}: {text}", "ERROR")
+            return LogLine("fault", f"{name}: {text}", "ERROR")
     return None
-
-
-def number_of(agent: str) -> str:
-    """Return an agent's number in its robot."""
-    return agent.rpartition("/")[2]
-
-
-def robot_of(agent: str) -> RobotId:
-    """Return the robot that raised an agent; nobody's id if its name does not tell."""
-    try:
-        return bytes.fromhex(agent.partition("/")[0])
-    except ValueError:
-        return b""

@@ -1,33 +1,33 @@
-"""How colonies are, in a few words."""
+"""The present state of the colonies as a few lines of Markdown."""
 
 from statistics import fmean
 
 from crcolony_dashboards.view_model.colony_view import ColonyView
 
 
-def now_in_words(view: ColonyView) -> list[str]:
-    """Say how the colonies are now, as lines of Markdown."""
+def format_status(view: ColonyView) -> list[str]:
+    """Return lines of Markdown: robots online, arenas, and every colony with its counts and rates."""
     monitor = view.monitor
     alive = len(view.alive)
-    gone = sum(not status.is_alive for status in monitor.robots.values())
+    offline = sum(not status.is_alive for status in monitor.robots.values())
     if not monitor.robots and not monitor.arenas:
-        return ["### Looking for a colony …", "", "Nobody is on the network yet."]
+        return ["### Waiting for a colony …", "", "No robot is on the network yet."]
     robots = "robot" if alive == 1 else "robots"
-    lines = [f"### {alive} {robots} alive" + (f", {gone} gone" if gone else "")]
-    seen = {arena.name for arena in view.arenas}
+    lines = [f"### {alive} {robots} online" + (f", {offline} offline" if offline else "")]
+    drawn = {arena.name for arena in view.arenas}
     for name, arena in sorted(monitor.arenas.items()):
         scene = arena.scene
         if not arena.is_alive:
-            lines.append(f"- arena **{name}** is gone")
-        elif scene is not None and name in seen:
-            clock = hours_of(scene.tick * scene.period_s)
-            lines.append(f"- arena **{name}**: {clock} of its time, {len(scene.robots)} bodies")
+            lines.append(f"- arena **{name}** is offline")
+        elif scene is not None and name in drawn:
+            clock = format_duration(scene.tick * scene.period_s)
+            lines.append(f"- arena **{name}**: time {clock}, {len(scene.robots)} bodies")
     for name in sorted(view.colonies):
-        lines += _colony_in_words(view, name)
+        lines += _format_colony(view, name)
     return lines
 
 
-def _colony_in_words(view: ColonyView, name: str) -> list[str]:
+def _format_colony(view: ColonyView, name: str) -> list[str]:
     states = view.states(name)
     if not states:
         return []
@@ -41,17 +41,19 @@ def _colony_in_words(view: ColonyView, name: str) -> list[str]:
         f" {sum(state.conceptions for state in states):,} offspring conceived",
         f"- {sum(state.captures for state in states):,} batteries captured",
     ]
-    rates = view.rates(view.colonies[name])
+    rates = view.colonies[name].rates.per_robot_minute()
     if rates is not None:
-        lines.append(f"- in a robot's minute {rates[0]:.2f} matings, {rates[1]:.2f} batteries")
+        lines.append(
+            f"- per robot and minute {rates.matings:.2f} matings, {rates.captures:.2f} batteries"
+        )
     doubts, orphaned = sum(s.doubts for s in states), sum(s.orphaned for s in states)
     if doubts or orphaned:
         lines.append(f"- {doubts} matings in doubt, {orphaned} orphaned")
     return lines
 
 
-def hours_of(seconds: float) -> str:
-    """Return a time as hours, minutes and seconds."""
-    minutes, left = divmod(int(seconds), 60)
+def format_duration(seconds: float) -> str:
+    """Return a duration as H:MM:SS."""
+    minutes, rest = divmod(int(seconds), 60)
     hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02d}:{left:02d}"
+    return f"{hours}:{minutes:02d}:{rest:02d}"

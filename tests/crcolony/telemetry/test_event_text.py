@@ -63,7 +63,7 @@ def test_an_outcome_without_a_reason_has_no_brackets() -> None:
     ("event", "expected"),
     [
         (Died(9, 0, f"{ME.hex()}/17"), "agent 17 starved"),
-        (TurnedOver(9, 0, 5, 7), "begins generation 5 from 7 offspring"),
+        (TurnedOver(9, 0, 5, 7), "starts generation 5 from 7 offspring"),
         (Fault(9, "no clock"), "no clock"),
     ],
 )

@@ -7,17 +7,15 @@ import numpy as np
 import pytest
 from crcolony_dashboards.rerun_streams import Moment
 from crcolony_dashboards.tabs import palette
-from crcolony_dashboards.tabs.evolution import EvolutionTab, potential
-from hypothesis import given
-from hypothesis import strategies as st
+from crcolony_dashboards.tabs.agent_potentials import potential
+from crcolony_dashboards.tabs.evolution import EvolutionTab
 
 from crcolony.body.settings import CyberRodent
-from crcolony.learning.features import NormalizedRBF, grid_axis, grid_rbf_value
 from crcolony.protocol.identity import RobotId
 from crcolony.robot.genes import META_PARAMETERS, agent_schema
 from crcolony.robot.settings import Heredity, Learning
 from crcolony.telemetry.peer_settings import Mind
-from tests.support.drawn import Drawing, RecordingStage, Show
+from tests.support.drawn import Drawing, RecordingStreams, TabHarness
 from tests.support.fake_telemetry import IDS, SCHEMA, SETTINGS, T, agent, born, lived
 
 RNG = np.random.default_rng(1)
@@ -26,37 +24,39 @@ GENES = [SCHEMA.random(RNG) for _ in range(200)]
 
 
 @pytest.fixture
-def show() -> Show:
-    """Two robots that have told how their genes are read."""
-    show = Show(EvolutionTab())
-    show.sample.join(0, 1, generation=0)
-    show.sample.about(0, 1)
+def show() -> TabHarness:
+    """Two robots that have published their settings."""
+    show = TabHarness(EvolutionTab())
+    show.telemetry.join(0, 1, generation=0)
+    show.telemetry.about(0, 1)
     return show
 
 
-def live(show: Show, number: int, agents: int = 3, robots: tuple[int, ...] = (0, 1)) -> None:
-    """Let robots live a whole generation, and begin the next; the more a robot's number the more its agents mate."""
+def live(show: TabHarness, number: int, agents: int = 3, robots: tuple[int, ...] = (0, 1)) -> None:
+    """Report a whole generation and the births of the next; agents of robots with higher numbers mate more."""
     for robot in robots:
         names = [agent(robot, 100 * number + k) for k in range(agents)]
         for k, name in enumerate(names):
-            show.sample.tell(robot, born(name, number, list(GENES[(robot + 2 * k) % len(GENES)])))
+            show.telemetry.tell(
+                robot, born(name, number, list(GENES[(robot + 2 * k) % len(GENES)]))
+            )
         for k, name in enumerate(names):
-            show.sample.tell(robot, lived(name, number, matings=robot + k, captures=10 * k))
+            show.telemetry.tell(robot, lived(name, number, matings=robot + k, captures=10 * k))
         child = agent(robot, 100 * (number + 1))
-        show.sample.tell(robot, born(child, number + 1, list(GENES[7])))
-        show.sample.state(robot, generation=number + 1, agent=child)
-    show.sample.pass_s(0.5)
+        show.telemetry.tell(robot, born(child, number + 1, list(GENES[7])))
+        show.telemetry.state(robot, generation=number + 1, agent=child)
+    show.telemetry.pass_s(0.5)
 
 
-def drawn(streams: RecordingStage, path: str) -> list[Drawing]:
+def drawn(streams: RecordingStreams, path: str) -> list[Drawing]:
     return [drawing for drawing in streams.drawings if drawing.path == path]
 
 
 class TestMeasures:
-    """What the agents of a generation did, in the mean, with its spread."""
+    """Mean and spread of what the agents of a generation did."""
 
-    def test_a_generation_appears_once(self, show: Show) -> None:
-        """When it is over, with mean and variance of all its agents."""
+    def test_a_generation_is_drawn_once(self, show: TabHarness) -> None:
+        """When it has ended, with mean and variance of all its agents."""
         assert "/evolution/matings/blue" not in show.draw(1.0).paths()
         live(show, 0)
         streams = show.draw(1.0)
@@ -70,36 +70,38 @@ class TestMeasures:
         for _ in range(30):
             assert not any("matings" in path or "genes" in path for path in show.draw(1.0).paths())
 
-    def test_it_stands_where_it_ended(self, show: Show) -> None:
-        """On every timeline; whoever hears of it later draws it there all the same."""
-        show.sample.scene((0, 0.0, 0.0), tick=9_000)
+    def test_a_generation_is_drawn_at_the_time_of_its_end(self, show: TabHarness) -> None:
+        """On every timeline, also when it is received later."""
+        show.telemetry.scene((0, 0.0, 0.0), tick=9_000)
         for robot in (0, 1):
             for number in (0, 1):
                 name = agent(robot, number)
                 incarnation = lived(name, number, tick=5_000 + 100 * number)
-                show.sample.tell(robot, incarnation, told_s=T - 300.0 + number)
-                show.sample.tell(robot, born(agent(robot, 9 + number), number + 1))
-            show.sample.state(robot, generation=2)
-        show.sample.pass_s(0.5)
+                show.telemetry.tell(robot, incarnation, told_s=T - 300.0 + number)
+                show.telemetry.tell(robot, born(agent(robot, 9 + number), number + 1))
+            show.telemetry.state(robot, generation=2)
+        show.telemetry.pass_s(0.5)
         moments = [drawing.moment for drawing in drawn(show.draw(1.0), "/evolution/matings/blue")]
         assert moments == [Moment(T - 300.0, 1_000.0, 0), Moment(T - 299.0, 1_020.0, 1)]
 
     @pytest.mark.parametrize(("tick", "sim_s"), [(2**60, 20.0), (50, 10.0), (-7, 0.0)])
-    def test_no_generation_ends_in_the_future(self, show: Show, tick: int, sim_s: float) -> None:
-        """Nor before the beginning, whatever a robot's clock says."""
-        show.sample.scene(tick=100)
-        show.sample.tell(0, lived(agent(0, 0), tick=tick), told_s=T + 1e9)
-        show.sample.state(0, 1, generation=1)
+    def test_no_generation_ends_in_the_future(
+        self, show: TabHarness, tick: int, sim_s: float
+    ) -> None:
+        """Nor before the start, whatever a robot's clock says."""
+        show.telemetry.scene(tick=100)
+        show.telemetry.tell(0, lived(agent(0, 0), tick=tick), told_s=T + 1e9)
+        show.telemetry.state(0, 1, generation=1)
         streams = show.draw(20.0)
         (drawing,) = drawn(streams, "/evolution/matings/blue")
-        assert drawing.moment == Moment(show.sample.at_s, sim_s, 0)
+        assert drawing.moment == Moment(show.telemetry.at_s, sim_s, 0)
 
-    def test_colonies_have_colours_of_their_own(self, show: Show) -> None:
-        """Which they keep when others come whose names are before theirs."""
+    def test_colonies_have_different_colours(self, show: TabHarness) -> None:
+        """They keep them when colonies with earlier names join."""
         live(show, 0)
         blue = show.draw(1.0).colours("/evolution/matings/blue")
-        show.sample.join(2, colony="ash", generation=1)
-        show.sample.tell(2, lived(agent(2, 0)), colony="ash")
+        show.telemetry.join(2, colony="ash", generation=1)
+        show.telemetry.tell(2, lived(agent(2, 0)), colony="ash")
         live(show, 1)
         show.draw(1.0)
         streams = show.draw(12.0)
@@ -108,10 +110,10 @@ class TestMeasures:
 
 
 class TestGenes:
-    """How meta-parameters are distributed."""
+    """The distribution of the meta-parameters."""
 
-    def test_clouds_and_medians_are_of_the_genes(self, show: Show) -> None:
-        """Every agent a point, of a few; lines are named once."""
+    def test_clouds_and_medians_are_of_the_genes(self, show: TabHarness) -> None:
+        """Every agent is a point if there are few; lines are styled once."""
         live(show, 0)
         streams = show.draw(1.0)
         for module in ("foraging", "mating"):
@@ -127,28 +129,28 @@ class TestGenes:
         live(show, 1)
         assert not any(drawing.is_static for drawing in show.draw(1.0).drawings)
 
-    def test_of_many_agents_some_are_points(self, show: Show) -> None:
-        """As many as there is room for, evenly."""
+    def test_a_cloud_has_a_limited_number_of_points(self, show: TabHarness) -> None:
+        """They are taken evenly from all agents."""
         live(show, 0, agents=90)
         path = "/evolution/genes/mating/alpha/blue"
         (points,) = show.draw(1.0).scalars(path)
         assert sum(not math.isnan(point) for point in points) == 60
 
-    def test_the_selector_is_drawn_in_the_mean(self, show: Show) -> None:
-        """Of all agents."""
+    def test_the_mean_selector_is_drawn(self, show: TabHarness) -> None:
+        """Its weights are averaged over all agents."""
         live(show, 0)
         mean = np.mean([GENES[robot + 2 * k][:4] for robot in (0, 1) for k in range(3)], axis=0)
         assert show.draw(1.0).scalars("/evolution/selector/blue") == [pytest.approx(mean)]
 
-    def test_nobody_guesses_what_genes_mean(self) -> None:
-        """As long as no robot has said how they are read, or it has others, measures stand alone."""
+    def test_genes_are_not_drawn_without_the_settings_to_decode_them(self) -> None:
+        """Until a robot with as many genes has published its settings only the measures are drawn."""
         other = json.loads(SETTINGS)
         other["learning"]["potential_distances"] = 3
-        for message in (None, json.dumps(other)):
-            show = Show(EvolutionTab())
-            show.sample.join(0, generation=0)
-            if message is not None:
-                show.sample.about(0, settings=message)
+        for settings in (None, json.dumps(other)):
+            show = TabHarness(EvolutionTab())
+            show.telemetry.join(0, generation=0)
+            if settings is not None:
+                show.telemetry.about(0, settings=settings)
             live(show, 0, robots=(0,))
             streams = show.draw(1.0)
             assert streams.entities("/evolution/matings/") == ["blue", "blue_ends"]
@@ -156,54 +158,18 @@ class TestGenes:
             assert streams.entities("/evolution/potential/") == []
 
 
-def mind(distances: int, bearings: int, range_m: float, half_angle_rad: float) -> Mind:
-    body = CyberRodent(camera_range_m=range_m, camera_half_angle_rad=half_angle_rad)
-    learning = Learning(potential_distances=distances, potential_bearings=bearings)
-    return Mind(body, learning, Heredity())
-
-
-@given(
-    st.integers(1, 6), st.integers(1, 6), st.floats(0.1, 10.0), st.floats(0.1, 3.0),
-    st.integers(0, 2**32),
-)  # fmt: skip
-def test_a_potential_is_that_by_which_the_robot_is_rewarded(
-    distances: int, bearings: int, range_m: float, half_angle_rad: float, seed: int
-) -> None:
-    """As the compiled step computes it, and the network by definition, of distance and of the size of the bearing."""
-    weights = np.random.default_rng(seed).normal(size=(distances, bearings))
-    picture = potential(mind(distances, bearings, range_m, half_angle_rad), weights)
-    assert picture.shape == (61, 61)
-    assert picture == pytest.approx(picture[:, ::-1])
-    axes = (grid_axis(0.0, range_m, distances), grid_axis(0.0, half_angle_rad, bearings))
-    (centres_m, width_m), (centres_rad, width_rad) = axes
-    scratch = np.empty(distances), np.empty(bearings)
-    network = NormalizedRBF.grid(
-        np.zeros(2), np.array([range_m, half_angle_rad]), np.array([distances, bearings])
-    )
-    for row, column in ((0, 0), (0, 30), (60, 60), (17, 41), (44, 5)):
-        distance_m, bearing_rad = range_m * row / 60, abs(half_angle_rad * (column - 30) / 30)
-        value = grid_rbf_value(
-            distance_m, bearing_rad, centres_m, width_m, centres_rad, width_rad,
-            weights.ravel(), *scratch,
-        )  # fmt: skip
-        assert picture[row, column] == pytest.approx(value, abs=1e-9)
-        _, features = network(np.array([distance_m, bearing_rad]))
-        assert picture[row, column] == pytest.approx(features @ weights.ravel(), abs=1e-9)
-
-
 class TestAgent:
-    """One agent: the best of the last generation, or who was asked for."""
+    """One agent: the best of the last generation, or the chosen one."""
 
-    def test_the_best_is_drawn_when_it_is_another(self, show: Show) -> None:
-        """Its potentials, far above near, and in words; not again as long as it is the same."""
+    def test_the_best_agent_is_drawn_when_it_has_changed(self, show: TabHarness) -> None:
+        """Its potentials, with large distances at the top, and its text; not again while it is the same agent."""
         live(show, 0)
         streams = show.draw(1.0)
         best = GENES[(1 + 2 * 2) % 200]
         weights = best[4 + 5 : 4 + 5 + 16].reshape(4, 4)
         picture = streams.picture("/evolution/potential/foraging")
-        expected = palette.heat(
-            potential(mind(4, 4, 1.5, CyberRodent().camera_half_angle_rad), weights)
-        )
+        mind = Mind(CyberRodent(camera_range_m=1.5), Learning(), Heredity())
+        expected = palette.heat_map(potential(mind, weights))
         assert np.array_equal(picture, expected[::-1])
         axes = "/evolution/potential/foraging/axes"
         labels, marks = streams.shown(axes, "labels"), streams.shown(axes, "positions")
@@ -216,29 +182,31 @@ class TestAgent:
         live(show, 1)
         assert show.draw(1.0).text("/evolution/agent").startswith("**Agent 102 of #1**")
 
-    def test_before_any_generation_is_over_somebody_stands_for_all(self, show: Show) -> None:
-        """One whose birth was heard of, and nobody else until there is a best one."""
+    def test_before_the_first_generation_has_ended_any_agent_is_drawn(
+        self, show: TabHarness
+    ) -> None:
+        """One whose birth was received; it is not replaced before there is a best agent."""
         assert "/evolution/agent" not in show.draw(1.0).paths()
         for robot in (0, 1):
-            show.sample.tell(robot, born(agent(robot, 5), 0, list(GENES[robot])))
-            show.sample.state(robot, generation=0, agent=agent(robot, 5))
+            show.telemetry.tell(robot, born(agent(robot, 5), 0, list(GENES[robot])))
+            show.telemetry.state(robot, generation=0, agent=agent(robot, 5))
         assert show.draw(1.0).text("/evolution/agent").startswith("**Agent 5 of #0**")
-        show.sample.state(0, generation=0, agent=agent(0, 6))
-        show.sample.tell(0, born(agent(0, 6), 0, list(GENES[8])))
+        show.telemetry.state(0, generation=0, agent=agent(0, 6))
+        show.telemetry.tell(0, born(agent(0, 6), 0, list(GENES[8])))
         assert show.draw(1.0).paths() == []
 
-    def test_who_was_asked_for_is_drawn(self) -> None:
-        """As soon as it is known, whoever is better."""
-        show = Show(EvolutionTab(agent(0, 1)))
-        show.sample.join(0, 1, generation=0)
-        show.sample.about(0, 1)
+    def test_the_chosen_agent_is_drawn(self) -> None:
+        """As soon as its birth was received, even if others mate more."""
+        show = TabHarness(EvolutionTab(agent(0, 1)))
+        show.telemetry.join(0, 1, generation=0)
+        show.telemetry.about(0, 1)
         live(show, 0)
         assert show.draw(1.0).text("/evolution/agent").startswith("**Agent 1 of #0**")
         live(show, 1)
         assert "/evolution/agent" not in show.draw(1.0).paths()
 
-    def test_it_is_said_what_an_agent_has_inherited(self, show: Show) -> None:
-        """Meta-parameters of both modules, how high its potentials are, and its selector."""
+    def test_the_text_has_what_an_agent_inherited(self, show: TabHarness) -> None:
+        """Meta-parameters of both modules, the range of its potentials, and its selector."""
         live(show, 0)
         text = show.draw(1.0).text("/evolution/agent")
         best = dict(zip((gene.name for gene in SCHEMA.genes), GENES[5], strict=True))
@@ -250,26 +218,26 @@ class TestAgent:
         assert "| lowest Φ |" in text
 
     @pytest.mark.parametrize("sense", ["camera_half_angle_rad", "camera_range_m"])
-    def test_who_sees_nothing_has_no_potentials(self, sense: str) -> None:
-        """And throws nobody."""
+    def test_without_a_camera_there_are_no_potentials(self, sense: str) -> None:
+        """And nothing is raised."""
         blind = json.loads(SETTINGS)
         blind["body"][sense] = 0.0 if sense == "camera_half_angle_rad" else 1e-320
-        show = Show(EvolutionTab())
-        show.sample.join(0, generation=0)
-        show.sample.about(0, settings=json.dumps(blind))
+        show = TabHarness(EvolutionTab())
+        show.telemetry.join(0, generation=0)
+        show.telemetry.about(0, settings=json.dumps(blind))
         live(show, 0, robots=(0,))
         assert show.draw(1.0).entities("/evolution/potential/") == []
 
-    def test_genes_as_large_as_they_get_are_drawn(self, show: Show) -> None:
-        """Somebody may have made them up."""
-        show.sample.tell(0, born(agent(0, 5), 0, [1e9, -1e9] * (len(SCHEMA) // 2)))
-        show.sample.state(0, generation=0, agent=agent(0, 5))
+    def test_the_largest_genes_are_drawn(self, show: TabHarness) -> None:
+        """Any peer can publish them."""
+        show.telemetry.tell(0, born(agent(0, 5), 0, [1e9, -1e9] * (len(SCHEMA) // 2)))
+        show.telemetry.state(0, generation=0, agent=agent(0, 5))
         assert len(SCHEMA) % 2 == 0
         assert show.draw(1.0).picture("/evolution/potential/mating").shape == (61, 61, 3)
 
 
-def test_the_schema_here_is_that_of_the_settings() -> None:
-    """Else these tests would test nothing."""
+def test_the_schema_of_these_tests_is_that_of_the_settings() -> None:
+    """The tests of this file rely on it."""
     assert len(SCHEMA) == len(agent_schema(Learning(), Heredity())) == len(GENES[0])
     robots: list[RobotId] = IDS[:2]
     assert len(set(robots)) == 2

@@ -1,53 +1,53 @@
-"""The log says what has happened: each thing once, the bad in other colours, and not too much at a time."""
+"""The log has one line for each event, with its severity, and a limited number of lines a second."""
 
 import pytest
 from crcolony_dashboards.tabs.log import LogTab
 
 from crcolony.evolution.history import Died
 from crcolony.protocol.telemetry_messages import Fault
-from tests.support.drawn import RecordingStage, Show
+from tests.support.drawn import RecordingStreams, TabHarness
 from tests.support.fake_telemetry import agent, mated
 
 
 @pytest.fixture
-def show() -> Show:
-    show = Show(LogTab())
-    show.sample.join(0, 1)
+def show() -> TabHarness:
+    show = TabHarness(LogTab())
+    show.telemetry.join(0, 1)
     show.draw(1.0)
     return show
 
 
-def written(streams: RecordingStage) -> list[tuple[str, str, str]]:
+def written(streams: RecordingStreams) -> list[tuple[str, str, str]]:
     return [
         (d.path, *d.parts["text"].to_pylist(), *d.parts["level"].to_pylist())
         for d in streams.drawings
     ]
 
 
-def test_the_log_says_what_happened(show: Show) -> None:
-    """In order, every kind in a place of its own, with how serious it is."""
-    show.sample.tell(0, mated(0, 1, conceived=True), Died(7, 0, agent(0, 3)))
-    show.sample.tell(1, Fault(7, "no arena"))
-    show.sample.go(0)
+def test_events_are_logged_in_order(show: TabHarness) -> None:
+    """Every kind has its own entity, and every line a severity."""
+    show.telemetry.tell(0, mated(0, 1, conceived=True), Died(7, 0, agent(0, 3)))
+    show.telemetry.tell(1, Fault(7, "no arena"))
+    show.telemetry.go(0)
     assert written(show.draw(1.0)) == [
         ("/log/mating", "#0 mated with #1, conceived (energy 0.50)", "INFO"),
         ("/log/death", "#0: agent 3 starved", "INFO"),
         ("/log/fault", "#1: no arena", "ERROR"),
-        ("/log/presence", "#0 is gone", "WARN"),
+        ("/log/presence", "#0 is offline", "WARN"),
     ]
 
 
-def test_nothing_is_said_twice(show: Show) -> None:
-    """And without news nothing."""
-    show.sample.tell(1, Fault(7, "no arena"))
+def test_no_line_is_written_twice(show: TabHarness) -> None:
+    """And without events there are none."""
+    show.telemetry.tell(1, Fault(7, "no arena"))
     assert len(written(show.draw(1.0))) == 1
     assert written(show.draw(1.0)) == []
 
 
-def test_it_is_written_once_a_second(show: Show) -> None:
-    """With what has gathered; what is too much is counted."""
+def test_lines_are_written_once_a_second(show: TabHarness) -> None:
+    """Lines above the limit are counted."""
     for number in range(9):
-        show.sample.tell(1, Fault(7, str(number)))
+        show.telemetry.tell(1, Fault(7, str(number)))
         assert written(show.draw(0.05)) == []
     lines = written(show.draw(0.5))
     assert [text for _, text, _ in lines] == [

@@ -1,4 +1,4 @@
-"""Colours say the same everywhere, and are told apart."""
+"""Colours mean the same in every view, and are distinct."""
 
 import itertools
 
@@ -12,8 +12,8 @@ def distance(one: palette.Colour, other: palette.Colour) -> float:
     return float(np.linalg.norm(np.subtract(one, other)))
 
 
-def test_energy_is_red_when_hungry_and_green_when_full() -> None:
-    """Yellow in between; what is out of range counts as its end."""
+def test_energy_goes_from_red_to_green() -> None:
+    """Yellow in between; values out of range have the colour of the nearer end."""
     colours = palette.energy_colours([0.0, 0.5, 1.0, -3.0, 7.0])
     ends = [palette.BAD, palette.MIDDLING, palette.GOOD, palette.BAD, palette.GOOD]
     assert [tuple(colour) for colour in colours] == ends
@@ -21,8 +21,8 @@ def test_energy_is_red_when_hungry_and_green_when_full() -> None:
 
 
 @given(st.lists(st.floats(0.0, 1.0), max_size=20))
-def test_every_energy_has_a_colour_between_those_of_its_neighbours(energies: list[float]) -> None:
-    """Each part of it grows or falls steadily within a half."""
+def test_energy_colours_are_interpolated(energies: list[float]) -> None:
+    """Linearly within each half."""
     colours = palette.energy_colours(energies)
     assert colours.shape == (len(energies), 3)
     for energy, colour in zip(energies, colours, strict=True):
@@ -34,15 +34,15 @@ def test_every_energy_has_a_colour_between_those_of_its_neighbours(energies: lis
         assert np.all(np.abs(colour - exact) <= 1.0)
 
 
-def test_modules_have_colours_of_their_own() -> None:
-    """A robot without one is grey."""
+def test_modules_have_different_colours() -> None:
+    """A robot without a module is grey."""
     assert palette.module_colour(0) != palette.module_colour(1)
     assert palette.module_colour(-1) == palette.STALE
     assert palette.module_colour(57) in palette.MODULES
 
 
-def test_there_is_no_end_of_founders_colours() -> None:
-    """Neighbours differ much, a hundred differ at all, and each keeps its own."""
+def test_any_number_of_founders_has_colours() -> None:
+    """Successive ones differ much, the first hundred are all different, and each keeps its own."""
     colours = [palette.founder_colour(number) for number in range(100)]
     assert len(set(colours)) == 100
     assert all(distance(one, other) > 60.0 for one, other in itertools.pairwise(colours))
@@ -50,23 +50,23 @@ def test_there_is_no_end_of_founders_colours() -> None:
     assert all(0 <= part <= 255 for part in palette.founder_colour(10**9))
 
 
-def test_lines_of_one_plot_are_told_apart() -> None:
-    """As many as there are colours; then they begin again."""
+def test_lines_of_one_plot_have_different_colours() -> None:
+    """Up to the number of colours; then they repeat."""
     colours = [palette.series_colour(number) for number in range(8)]
     assert len(set(colours)) == 8
     assert palette.series_colour(8) == colours[0]
 
 
-def test_nobody_has_no_colours() -> None:
-    """In the shape that Rerun takes."""
-    assert palette.colours([]).shape == palette.energy_colours([]).shape == (0, 3)
-    assert palette.colours(iter([(1, 2, 3)])).tolist() == [[1, 2, 3]]
+def test_empty_arrays_have_the_right_shape() -> None:
+    """Of zero colours."""
+    assert palette.colour_array([]).shape == palette.energy_colours([]).shape == (0, 3)
+    assert palette.colour_array(iter([(1, 2, 3)])).tolist() == [[1, 2, 3]]
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=20))
 def test_heat_goes_from_dark_to_bright(values: list[float]) -> None:
-    """Higher values are never darker, but for what is rounded; where all are equal no colour is an end."""
-    shades = palette.heat(np.array(values)).astype(int).sum(axis=-1)
+    """Higher values are never darker, apart from rounding; equal values have a colour from the middle."""
+    shades = palette.heat_map(np.array(values)).astype(int).sum(axis=-1)
     ordered = shades[np.argsort(values)]
     assert all(later >= earlier - 3 for earlier, later in itertools.pairwise(ordered))
     if max(values) - min(values) > 1e-3:

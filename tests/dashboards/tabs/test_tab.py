@@ -1,9 +1,9 @@
-"""Names become paths, and no two the same one."""
+"""Names become entity names, and different names remain different."""
 
 import string
 
 import rerun as rr
-from crcolony_dashboards.tabs.tab import safe
+from crcolony_dashboards.tabs.tab import entity_name
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -11,15 +11,15 @@ NAMES = st.text(string.ascii_letters + string.digits + "_.-", min_size=1, max_si
 """Of colonies"""
 
 
-def test_a_robots_name_can_be_read_in_its_path() -> None:
+def test_a_robots_name_is_legible_in_its_entity() -> None:
     """With its colony or without."""
-    assert safe("#7") == "robot_7"
-    assert safe("blue #7") == "blue_robot_7"
-    assert safe("0123abcd/17") == "0123abcd_17"
+    assert entity_name("#7") == "robot_7"
+    assert entity_name("blue #7") == "blue_robot_7"
+    assert entity_name("0123abcd/17") == "0123abcd_17"
 
 
 @given(NAMES, NAMES)
-def test_colonies_have_paths_of_their_own(one: str, other: str) -> None:
-    """That Rerun takes as they are."""
-    assert (safe(one) == safe(other)) == (one == other)
-    assert rr.new_entity_path([safe(one)]) == f"/{safe(one)}"
+def test_different_colonies_have_different_entities(one: str, other: str) -> None:
+    """Rerun accepts them without escaping."""
+    assert (entity_name(one) == entity_name(other)) == (one == other)
+    assert rr.new_entity_path([entity_name(one)]) == f"/{entity_name(one)}"

@@ -1,4 +1,4 @@
-"""Every gene goes back to the founder it came from, whatever was crossed over, mutated, late or lost."""
+"""Every gene is traced to the founder that it came from, through crossover, mutation, late and lost births."""
 
 import random
 import warnings
@@ -36,10 +36,10 @@ def origins(made: FamilyTree, name: str) -> list[str]:
     return [made.founders[number] for number in member.origins]
 
 
-class Followed:
-    """A colony that evolves, of which every gene is followed: the oracle.
+class TracedColony:
+    """A colony that evolves, of which every gene is traced: the oracle.
 
-    Founders' genes are far apart, and mutations small, so that it can be told where a gene comes from.
+    Founders' genes are far apart, and mutations small, so that the origin of a gene is unambiguous.
     """
 
     def __init__(self, seed: int, robots: int, agents: int, crossover: str) -> None:
@@ -71,16 +71,16 @@ class Followed:
         self.living[robot].append(name)
 
     def turn_over(self) -> None:
-        """Let every agent have a child with anybody of the colony, or alone."""
+        """Let every agent have a child, with any agent of the colony or alone."""
         self._generation += 1
-        everybody = [name for names in self.living.values() for name in names]
+        agents = [name for names in self.living.values() for name in names]
         before = {robot: list(names) for robot, names in self.living.items()}
         for robot, mothers in before.items():
             self.living[robot] = []
             for mother in mothers:
-                self._bear(robot, mother, str(self._rng.choice(everybody)))
+                self._add_child(robot, mother, str(self._rng.choice(agents)))
 
-    def _bear(self, robot: int, mother: str, father: str) -> None:
+    def _add_child(self, robot: int, mother: str, father: str) -> None:
         genes, of, parents = self._genes[mother], self.origins[mother], {"mother": mother}
         if self._rng.random() < 0.8:
             seed = int(self._rng.integers(2**32))
@@ -102,11 +102,11 @@ class Followed:
     st.integers(0, 2**32), st.integers(1, 4), st.integers(1, 5), st.integers(0, 6),
     st.sampled_from(sorted(CROSSOVERS)),
 )  # fmt: skip
-def test_every_gene_goes_back_to_the_founder_it_came_from(
+def test_every_gene_is_traced_to_its_founder(
     seed: int, robots: int, agents: int, generations: int, crossover: str
 ) -> None:
-    """Through all crossovers and mutations, as an oracle knows that follows each of them; and so do the shares."""
-    colony, made = Followed(seed, robots, agents, crossover), FamilyTree()
+    """Through all crossovers and mutations, as by the oracle; the founders' shares too."""
+    colony, made = TracedColony(seed, robots, agents, crossover), FamilyTree()
     for _ in range(generations):
         colony.turn_over()
     for robot, birth in colony.births:
@@ -126,16 +126,16 @@ def test_every_gene_goes_back_to_the_founder_it_came_from(
 
 
 class TestFounders:
-    """Who has no known parents is a founder, or stands for one."""
+    """An agent without known parents is a founder."""
 
-    def test_founders_are_numbered_as_they_are_heard_of(self) -> None:
-        """And a birth that is heard again is none."""
+    def test_founders_are_numbered_in_order_of_arrival(self) -> None:
+        """A birth that arrives twice counts once."""
         made = family(born(A), born(C), born(A), born(B))
         assert made.founders == [A, C, B]
-        assert (made.changes, len(made)) == (3, 3)
+        assert (made.births, len(made)) == (3, 3)
 
-    def test_the_earliest_ancestor_that_was_heard_of_is_one(self) -> None:
-        """Of a child of unknown parents the mother; she is the founder of all her children."""
+    def test_the_earliest_known_ancestor_is_a_founder(self) -> None:
+        """Of a child of unknown parents it is the mother, for all her children."""
         made = family(
             born("x/5", 3, mother="x/1", father="x/2"), born("x/6", 3, mother="x/1"),
             born("x/7", 3, father="x/2"),
@@ -144,8 +144,8 @@ class TestFounders:
         assert origins(made, "x/6") == ["x/1"]
         assert origins(made, "x/7") == ["x/2"]
 
-    def test_all_genes_are_those_of_the_only_parent_that_is_known(self) -> None:
-        """Whether a mutated copy of it, or of somebody besides of whom nobody has heard."""
+    def test_with_one_known_parent_all_genes_are_traced_to_it(self) -> None:
+        """Whether the other parent is unknown or there is none."""
         made = family(
             born(A, genes=[1.0, 2.0]),
             born("a/5", 1, genes=[1.1, 7.0], mother=A),
@@ -153,29 +153,29 @@ class TestFounders:
         )
         assert origins(made, "a/5") == origins(made, "a/6") == [A, A]
 
-    def test_parents_of_another_kind_are_no_parents(self) -> None:
-        """A child has as many genes as they have."""
+    def test_parents_with_another_number_of_genes_are_ignored(self) -> None:
+        """The child is then a founder's child."""
         made = family(born(A, genes=[1.0, 2.0]), born("a/5", 1, genes=[1.0, 2.0, 3.0], mother=A))
         assert origins(made, "a/5") == [A, A, A]
 
-    def test_who_has_no_genes_has_no_share(self) -> None:
-        """And does no harm."""
+    def test_agents_without_genes_have_no_share(self) -> None:
+        """And nothing is raised."""
         made = family(born(A, genes=[]), born("a/5", 1, genes=[], mother=A, father=A))
         assert made.shares(IDS) == {}
 
 
 class TestShares:
-    """How much of what lives goes back to whom."""
+    """The founders' shares in the living agents' genes."""
 
-    def test_the_newest_generation_of_every_robot_lives(self) -> None:
-        """Not its parents; and one that is told late changes nothing."""
+    def test_shares_are_of_the_newest_generation_of_every_robot(self) -> None:
+        """Not of its parents; a birth of an older generation that arrives late changes nothing."""
         made = family(born(A), born(B), born("a/5", 1, mother=B))
         made.add_birth(IDS[1], born(C))
         made.add_birth(IDS[0], born("a/2"))
         assert made.shares(IDS) == {1: 0.5, 2: 0.5}
 
-    def test_who_is_not_there_does_not_count(self) -> None:
-        """Until it is there again."""
+    def test_robots_that_are_absent_do_not_count(self) -> None:
+        """Until they are present again."""
         made = family(born(A))
         made.add_birth(IDS[1], born(C))
         assert made.shares([IDS[1]]) == {1: 1.0}
@@ -183,23 +183,23 @@ class TestShares:
         assert made.shares(IDS) == {0: 0.5, 1: 0.5}
 
 
-class TestPlaces:
-    """Agents of one robot and generation stand side by side."""
+class TestIndices:
+    """Agents of one robot and generation have successive indices."""
 
-    def test_every_agent_has_a_place_of_its_own(self) -> None:
-        """In its robot and generation, even if it is told of late."""
+    def test_every_agent_has_its_own_index(self) -> None:
+        """Within its robot and generation, also if births arrive late."""
         made = FamilyTree()
         births = [born(agent(r, k), k // 3) for r in range(2) for k in range(9)]
         random.Random(1).shuffle(births)
         for birth in births:
             made.add_birth(bytes.fromhex(birth.agent[:32]), birth)
         members = [made[birth.agent] for birth in births]
-        places = Counter((m.robot, m.generation, m.place) for m in members if m)
+        places = Counter((m.robot, m.generation, m.index) for m in members if m)
         assert set(places) == {(IDS[r], g, k) for r in range(2) for g in range(3) for k in range(3)}
         assert set(places.values()) == {1}
 
 
-def ancestors(colony: Followed, names: Iterable[str]) -> set[str]:
+def ancestors(colony: TracedColony, names: Iterable[str]) -> set[str]:
     parents = {birth.agent: (birth.mother, birth.father) for _, birth in colony.births}
     found, waiting = set[str](), list(names)
     while waiting:
@@ -211,9 +211,9 @@ def ancestors(colony: Followed, names: Iterable[str]) -> set[str]:
 
 
 @given(st.integers(0, 2**32), st.integers(1, 80))
-def test_the_last_births_are_shown_with_their_ancestors(seed: int, most: int) -> None:
-    """At most so many; at least half are the last, the others only ancestors, and the oldest come first."""
-    colony, made = Followed(seed, 3, 4, "uniform"), FamilyTree()
+def test_the_last_births_are_returned_with_their_ancestors(seed: int, most: int) -> None:
+    """At most so many; at least half are the last births, the others are ancestors, and the oldest come first."""
+    colony, made = TracedColony(seed, 3, 4, "uniform"), FamilyTree()
     for _ in range(4):
         colony.turn_over()
     for robot, birth in colony.births:
@@ -229,10 +229,10 @@ def test_the_last_births_are_shown_with_their_ancestors(seed: int, most: int) ->
 
 
 class TestLimits:
-    """Anybody can tell of any births: they take a limited memory."""
+    """Any peer can publish births: memory is bounded."""
 
-    def test_the_oldest_births_are_forgotten(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """In whatever robots and generations they were told; what is left adds up to 1."""
+    def test_the_oldest_births_are_dropped(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Of whatever robots and generations; the shares of the others still add up to 1."""
         monkeypatch.setattr(family_module, "_MAX_BIRTHS", 50)
         rng, made = random.Random(1), FamilyTree()
         for number in range(2_000):
@@ -245,10 +245,12 @@ class TestLimits:
         assert made["x/0"] is None
         assert made["x/1999"] is not None
         assert sum(len(members) for _, members in made._living.values()) <= 50
-        assert len(made._places) <= 50
+        assert len(made._sizes) <= 50
 
-    def test_founders_without_end_count_as_the_last(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """The first are told apart for good."""
+    def test_founders_above_the_limit_count_as_the_last(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """The first keep their numbers."""
         monkeypatch.setattr(family_module, "_MAX_FOUNDERS", 3)
         made = family(*(born(f"x/{number}", mother=f"y/{number}") for number in range(9)))
         assert made.founders == ["y/0", "y/1", "y/2"]
@@ -256,8 +258,8 @@ class TestLimits:
         assert origins(made, "x/8") == ["y/2"]
         assert made.shares(IDS) == pytest.approx({0: 1 / 9, 1: 1 / 9, 2: 7 / 9})
 
-    def test_genes_as_large_as_they_get_are_compared_quietly(self) -> None:
-        """And a child of nobody's likeness goes back to one of its parents."""
+    def test_the_largest_genes_are_compared_without_a_warning(self) -> None:
+        """Each is traced to one of the parents."""
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             made = family(

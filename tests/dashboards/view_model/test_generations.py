@@ -1,4 +1,4 @@
-"""A generation is told once, when it is over, and what is told of it is so of all its agents, in whatever order."""
+"""A generation is returned once, when it has ended, with the statistics of all its agents."""
 
 import random
 
@@ -29,7 +29,7 @@ def present(*generations: int) -> dict[RobotId, int]:
 
 
 def turn_over(made: Generations, robot: int, number: int, agents: int = 2) -> None:
-    """Let a robot tell of a whole generation, and bear the next."""
+    """Report all lifetimes of a robot's generation, and the births of the next."""
     for k in range(agents):
         made.add_lifetime(lived(agent(robot, 100 * number + k), number), T, T)
     for k in range(agents):
@@ -60,7 +60,7 @@ LIVES = st.lists(
 def test_mean_and_spread_are_those_of_all_agents(
     lives: list[tuple[int, int, float, int, float]], rng: random.Random
 ) -> None:
-    """As numpy says, in whatever order births, matings and lives are heard; a life that is heard twice is one."""
+    """As computed by numpy, in any order of arrival; a lifetime that arrives twice counts once."""
     made = Generations()
     events: list[Born | Exchanged | Lived] = []
     for k, (matings, captures, energy, conceptions, gene) in enumerate(lives):
@@ -76,15 +76,13 @@ def test_mean_and_spread_are_those_of_all_agents(
             made.add_birth(IDS[ME], event)
         else:
             made.add_mating(event)
-    generation = only(made.take_ended({}, T + 1_000.0 + PATIENCE_S))
+    generation = only(made.pop_ended({}, T + 1_000.0 + PATIENCE_S))
     for place, name in enumerate(("matings", "captures", "energy", "conceptions")):
         values = np.array([float(life[place]) for life in lives])
         low, high = np.quantile(values, [0.1, 0.9])
         expected = (values.mean(), values.std(), low, high)
-        message: Spread = getattr(generation, name)
-        assert (message.mean, message.sd, message.low, message.high) == pytest.approx(
-            expected, abs=1e-12
-        )
+        found: Spread = getattr(generation, name)
+        assert (found.mean, found.sd, found.low, found.high) == pytest.approx(expected, abs=1e-12)
     assert (generation.number, generation.agents) == (4, len(lives))
     assert (generation.tick, generation.unix_s) == (len(lives) - 1, T + len(lives) - 1)
     assert sorted(generation.genotypes[:, 0]) == sorted(life[4] for life in lives)
@@ -94,16 +92,16 @@ def test_mean_and_spread_are_those_of_all_agents(
     assert generation.best_genes.tolist() == [lives[best][4]]
 
 
-def test_conceptions_are_counted_for_who_conceived() -> None:
-    """Of the two who mate each tells its own; a side that did not conceive counts nothing."""
+def test_conceptions_count_for_the_agent_that_conceived() -> None:
+    """Both robots report their own side; a side that did not conceive counts nothing."""
     made = Generations()
     for k, (mine, theirs) in enumerate([(True, True), (True, False), (False, False)]):
         made.add_mating(mated(ME, PEER, k, agent=agent(ME, 7), conceived=mine))
         made.add_mating(mated(ME, PEER, k, agent=agent(PEER, 7), conceived=theirs))
     made.add_lifetime(lived(agent(ME, 7)), T, T)
     made.add_lifetime(lived(agent(PEER, 7)), T, T)
-    message = only(made.take_ended({}, T + PATIENCE_S)).conceptions
-    assert (message.mean, message.low, message.high) == pytest.approx((1.5, 1.1, 1.9))
+    conceptions = only(made.pop_ended({}, T + PATIENCE_S)).conceptions
+    assert (conceptions.mean, conceptions.low, conceptions.high) == pytest.approx((1.5, 1.1, 1.9))
 
 
 def test_the_best_mates_most_and_of_equals_captures_most() -> None:
@@ -112,35 +110,35 @@ def test_the_best_mates_most_and_of_equals_captures_most() -> None:
     for k, (matings, captures, energy) in enumerate([(2, 9, 0.1), (3, 1, 0.9), (3, 2, 0.1)]):
         life = lived(agent(ME, k), matings=matings, captures=captures, energy=energy)
         made.add_lifetime(life, T, T)
-    generation = only(made.take_ended({}, T + PATIENCE_S))
+    generation = only(made.pop_ended({}, T + PATIENCE_S))
     assert (generation.best, generation.best_genes) == (agent(ME, 2), None)
     assert generation.genotypes.shape == (0, 0)
 
 
-def test_a_spread_is_mean_deviation_and_the_outer_tenths() -> None:
-    """Of one agent all the same."""
+def test_a_spread_has_mean_standard_deviation_and_quantiles() -> None:
+    """Also of a single number."""
     assert spread(range(11)) == Spread(5.0, float(np.sqrt(10.0)), 1.0, 9.0)
     assert spread([3]) == Spread(3.0, 0.0, 3.0, 3.0)
 
 
-def test_numbers_that_nobody_could_live_do_no_harm() -> None:
-    """They come to nothing, without a warning."""
+def test_implausible_numbers_raise_no_warning() -> None:
+    """Their statistics are not finite, or 0."""
     assert np.isnan(spread([float("inf"), 1.0]).sd)
     assert spread([2**63, -(2**63)]).mean == 0.0
 
 
 class TestEnd:
-    """When a generation is over."""
+    """When a generation has ended."""
 
-    def test_it_is_over_when_all_have_left_it_and_told_of_it(self) -> None:
+    def test_it_ends_when_all_robots_have_left_and_reported_it(self) -> None:
         """Not before the last robot has turned over; then at once, and once."""
         made = Generations()
         turn_over(made, ME, 0)
-        assert made.take_ended(present(1, 0), T + 0.1) == []
+        assert made.pop_ended(present(1, 0), T + 0.1) == []
         turn_over(made, PEER, 0)
-        generation = only(made.take_ended(present(1, 1), T + 0.2))
+        generation = only(made.pop_ended(present(1, 1), T + 0.2))
         assert (generation.number, generation.agents) == (0, 4)
-        assert made.take_ended(present(1, 1), T + 1_000.0) == []
+        assert made.pop_ended(present(1, 1), T + 1_000.0) == []
 
     @pytest.mark.parametrize(
         ("generations", "is_over"), [((1, 1, 0, 0), True), ((1, 0, 0, 0), False), ((), True)]
@@ -148,88 +146,86 @@ class TestEnd:
     def test_a_few_late_robots_are_not_waited_for(
         self, generations: tuple[int, ...], is_over: bool
     ) -> None:
-        """Once half have left it and nothing was heard of it for a while; who is not there is not waited for."""
+        """Once half have left it and no lifetime arrived for a while."""
         made = Generations()
         turn_over(made, ME, 0)
         turn_over(made, PEER, 0)
-        assert made.take_ended(present(*generations), T + PATIENCE_S - 0.1) == []
-        assert numbers(made.take_ended(present(*generations), T + PATIENCE_S)) == [0] * is_over
+        assert made.pop_ended(present(*generations), T + PATIENCE_S - 0.1) == []
+        assert numbers(made.pop_ended(present(*generations), T + PATIENCE_S)) == [0] * is_over
 
-    def test_who_tells_late_does_not_begin_it_anew(self) -> None:
+    def test_late_reports_do_not_restart_it(self) -> None:
         """Nor any generation before it."""
         made = Generations()
         turn_over(made, ME, 0)
         turn_over(made, ME, 1)
-        assert numbers(made.take_ended(present(2), T)) == [0, 1]
+        assert numbers(made.pop_ended(present(2), T)) == [0, 1]
         turn_over(made, LATE, 0)
         turn_over(made, LATE, 1)
-        assert made.take_ended(present(2), T + 1_000.0) == []
+        assert made.pop_ended(present(2), T + 1_000.0) == []
         assert made.last == 1
 
     def test_generations_end_in_order(self) -> None:
-        """One of which late robots still tell ends with the next."""
+        """One that late robots still report ends together with the next."""
         made = Generations()
         turn_over(made, ME, 3)
         turn_over(made, ME, 4)
         made.add_lifetime(lived(agent(LATE, 1), 3), T, T + 9.0)
-        ended = made.take_ended(present(5, 3), T + PATIENCE_S)
+        ended = made.pop_ended(present(5, 3), T + PATIENCE_S)
         assert numbers(ended) == [3, 4]
         assert [generation.agents for generation in ended] == [3, 2]
 
-    def test_who_comes_late_hears_the_past_of_one_robot_after_the_other(self) -> None:
-        """A generation of long ago is not over because the first has told of it."""
-        made, message = Generations(), list[Generation]()
+    def test_the_history_of_one_robot_after_another_is_collected(self) -> None:
+        """A generation of the past does not end when the first robot has reported it."""
+        made, ended = Generations(), list[Generation]()
         for robot in range(4):
             for number in range(3):
                 turn_over(made, robot, number)
-                message += made.take_ended(present(3, 3, 3, 3), T + robot)
-        assert numbers(message) == [0, 1, 2]
-        assert [generation.agents for generation in message] == [8, 8, 8]
+                ended += made.pop_ended(present(3, 3, 3, 3), T + robot)
+        assert numbers(ended) == [0, 1, 2]
+        assert [generation.agents for generation in ended] == [8, 8, 8]
 
-    def test_who_was_not_there_in_a_generation_is_waited_for_a_while_only(self) -> None:
-        """It has nothing to tell of it."""
+    def test_a_robot_that_joined_later_is_not_waited_for(self) -> None:
+        """Beyond a while, since it has nothing to report of it."""
         made = Generations()
         turn_over(made, ME, 3)
         made.add_birth(IDS[LATE], born(agent(LATE, 0), 4))
-        assert made.take_ended(present(4, 4), T + 1.0) == []
-        assert numbers(made.take_ended(present(4, 4), T + PATIENCE_S)) == [3]
+        assert made.pop_ended(present(4, 4), T + 1.0) == []
+        assert numbers(made.pop_ended(present(4, 4), T + PATIENCE_S)) == [3]
 
-    def test_a_generation_that_lives_is_not_over(self) -> None:
-        """However long nothing is heard of it."""
+    def test_a_present_generation_has_not_ended(self) -> None:
+        """However long nothing arrives of it."""
         made = Generations()
         made.add_lifetime(lived(agent(ME, 1), 3), T, T)
-        assert made.take_ended(present(3, 3), T + 1e6) == []
+        assert made.pop_ended(present(3, 3), T + 1e6) == []
 
 
 class TestLimits:
-    """Anybody can tell of any generation: it takes a limited memory."""
+    """Any peer can report any generation: memory is bounded."""
 
-    def test_some_genotypes_stand_for_many(self) -> None:
-        """From the first to the last agents, evenly."""
+    def test_the_number_of_genotypes_is_limited(self) -> None:
+        """They are taken evenly from all agents."""
         made = Generations()
         for k in range(1_000):
             made.add_birth(IDS[ME], born(agent(ME, k), 0, [float(k)]))
             made.add_lifetime(lived(agent(ME, k)), T, T)
-        generation = only(made.take_ended({}, T + PATIENCE_S))
+        generation = only(made.pop_ended({}, T + PATIENCE_S))
         genes = generation.genotypes[:, 0]
         assert generation.agents == 1_000
         assert 300 < len(genes) <= 400
         assert set(np.diff(genes)) == {3.0}
 
-    def test_few_generations_are_under_way(self) -> None:
-        """The oldest of too many is forgotten, and what was conceived in it."""
+    def test_the_number_of_open_generations_is_limited(self) -> None:
+        """The oldest is dropped, with its conceptions."""
         made = Generations()
         for number in range(40):
             made.add_mating(mated(ME, PEER, agent=agent(ME, number), conceived=True))
             made.add_lifetime(lived(agent(ME, number), number), T, T)
-        ended = made.take_ended({}, T + PATIENCE_S)
+        ended = made.pop_ended({}, T + PATIENCE_S)
         assert numbers(ended) == list(range(24, 40))
         assert len(made._conceptions) == 0
 
-    def test_agents_without_end_are_forgotten_or_ignored(
-        self, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        """The births and matings of long ago, and lives of a generation that has too many."""
+    def test_the_number_of_agents_is_limited(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """The oldest births and conceptions are dropped, and further lifetimes of a generation ignored."""
         monkeypatch.setattr(generations_module, "_MAX_AGENTS", 10)
         made = Generations()
         for k in range(30):
@@ -240,14 +236,14 @@ class TestLimits:
         genes = made.genes_of(agent(ME, 20))
         assert genes is not None
         assert genes.tolist() == [20.0]
-        generation = only(made.take_ended({}, T + PATIENCE_S))
+        generation = only(made.pop_ended({}, T + PATIENCE_S))
         assert (generation.agents, generation.conceptions.mean) == (10, 0.0)
 
-    def test_genes_of_another_kind_are_not_mixed(self) -> None:
-        """The cloud is of agents with as many genes as the first."""
+    def test_genotypes_of_different_lengths_are_not_mixed(self) -> None:
+        """Only those as long as the first are kept."""
         made = Generations()
         for k, genes in enumerate(([1.0, 2.0], [3.0], [4.0, 5.0])):
             made.add_birth(IDS[ME], born(agent(ME, k), 0, genes))
             made.add_lifetime(lived(agent(ME, k)), T, T)
-        generation = only(made.take_ended({}, T + PATIENCE_S))
+        generation = only(made.pop_ended({}, T + PATIENCE_S))
         assert generation.genotypes.tolist() == [[1.0, 2.0], [4.0, 5.0]]

@@ -1,9 +1,12 @@
-"""The log says who did what, in words that a person reads at once, and nothing of what is ordinary."""
+"""Events have one plain line each; the frequent ones have none."""
 
 from typing import get_args
 
 import pytest
-from crcolony_dashboards.view_model.log_lines import Line, in_words, number_of, robot_of
+from crcolony_dashboards.view_model.log_lines import (
+    LogLine,
+    format_change,
+)
 
 from crcolony.evolution.history import Died, TurnedOver
 from crcolony.protocol.encounters import Outcome
@@ -21,79 +24,75 @@ from crcolony.telemetry.status_changes import (
 from tests.support.fake_telemetry import IDS, agent, born, lived, mated, met
 
 
-def call(robot: bytes) -> str:
+def name_of(robot: bytes) -> str:
     return f"#{IDS.index(robot)}"
 
 
-def said(event: RobotEvent, robot: int = 0) -> Line | None:
-    return in_words(EventReceived(EventMessage(IDS[robot], 3, 1, 7, event)), call)
+def line_of(event: RobotEvent, robot: int = 0) -> LogLine | None:
+    return format_change(EventReceived(EventMessage(IDS[robot], 3, 1, 7, event)), name_of)
 
 
 @pytest.mark.parametrize(
-    ("changes", "line"),
+    ("change", "line"),
     [
-        (RobotJoined(IDS[1]), Line("presence", "#1 is here")),
-        (RobotLeft(IDS[1]), Line("presence", "#1 is gone", "WARN")),
-        (RobotRestarted(IDS[1], 4), Line("presence", "#1 has begun anew: life 4", "WARN")),
-        (ArenaJoined("lab"), Line("presence", "arena lab is here")),
-        (ArenaLeft("lab"), Line("presence", "arena lab is gone", "WARN")),
+        (RobotJoined(IDS[1]), LogLine("presence", "#1 is online")),
+        (RobotLeft(IDS[1]), LogLine("presence", "#1 is offline", "WARN")),
+        (RobotRestarted(IDS[1], 4), LogLine("presence", "#1 restarted: incarnation 4", "WARN")),
+        (ArenaJoined("lab"), LogLine("presence", "arena lab is online")),
+        (ArenaLeft("lab"), LogLine("presence", "arena lab is offline", "WARN")),
     ],
 )
-def test_who_comes_and_goes_is_said(changes: StatusChange, line: Line) -> None:
-    """Robots by how they are called, arenas by name; who goes is a warning."""
-    assert in_words(changes, call) == line
+def test_joining_and_leaving_have_lines(change: StatusChange, line: LogLine) -> None:
+    """Robots by their displayed names, arenas by theirs; leaving is a warning."""
+    assert format_change(change, name_of) == line
 
 
 @pytest.mark.parametrize(
     ("event", "line"),
     [
-        (mated(0, 1, conceived=True), Line("mating", "#0 mated with #1, conceived (energy 0.50)")),
-        (mated(1, 0), Line("mating", "#0 mated with #1, no offspring (energy 0.50)")),
+        (
+            mated(0, 1, conceived=True),
+            LogLine("mating", "#0 mated with #1, conceived (energy 0.50)"),
+        ),
+        (mated(1, 0), LogLine("mating", "#0 mated with #1, no offspring (energy 0.50)")),
         (
             mated(0, 1, too_late=True),
-            Line("mating", "#0 mated with #1, too late to conceive (energy 0.50)"),
+            LogLine("mating", "#0 mated with #1, too late to conceive (energy 0.50)"),
         ),
-        (Died(9, 0, agent(0, 17)), Line("death", "#0: agent 17 starved")),
-        (TurnedOver(9, 0, 5, 7), Line("turnover", "#0 begins generation 5 from 7 offspring")),
-        (Fault(9, "no clock"), Line("fault", "#0: no clock", "ERROR")),
+        (Died(9, 0, agent(0, 17)), LogLine("death", "#0: agent 17 starved")),
+        (TurnedOver(9, 0, 5, 7), LogLine("turnover", "#0 starts generation 5 from 7 offspring")),
+        (Fault(9, "no clock"), LogLine("fault", "#0: no clock", "ERROR")),
     ],
 )
-def test_what_a_robot_does_is_said(event: RobotEvent, line: Line) -> None:
-    """A mating with the partner, whoever of the two proposed it."""
-    assert said(event) == line
+def test_events_of_a_robot_have_lines(event: RobotEvent, line: LogLine) -> None:
+    """A mating names the partner, whichever of the two proposed it."""
+    assert line_of(event) == line
 
 
-def test_what_became_of_a_mating_is_said_unless_it_took_place() -> None:
-    """With the reason; what may worry a person is a warning."""
+def test_outcomes_of_encounters_have_lines() -> None:
+    """With the reason; outcomes that may need attention are warnings."""
     lines = {}
     for outcome in get_args(Outcome):
         encounter = Encounter(IDS[0], IDS[1], 3, 1)
-        lines[outcome] = said(EncounterOutcome(9, outcome, IDS[1], encounter, "busy"))
+        lines[outcome] = line_of(EncounterOutcome(9, outcome, IDS[1], encounter, "busy"))
     assert lines["mated"] is None
     assert lines["busy"] is None
-    message = {outcome: line for outcome, line in lines.items() if line is not None}
-    assert len({line.text for line in message.values()}) == len(message) == len(lines) - 2
-    for line in message.values():
+    with_line = {outcome: line for outcome, line in lines.items() if line is not None}
+    assert len({line.text for line in with_line.values()}) == len(with_line) == len(lines) - 2
+    for line in with_line.values():
         assert line.text.startswith("#0: mating with #1: ")
         assert line.text.endswith(" (busy)")
-    worrying = {outcome for outcome, line in message.items() if line.level == "WARN"}
-    assert worrying == {"orphaned", "doubt", "storage"}
+    warnings = {outcome for outcome, line in with_line.items() if line.level == "WARN"}
+    assert warnings == {"orphaned", "doubt", "storage"}
 
 
-def test_a_reason_that_nobody_gave_is_not_said() -> None:
-    """Nothing stands in brackets then."""
-    line = said(EncounterOutcome(9, "refused", IDS[1], None, ""))
-    assert line == Line("encounter", "#0: mating with #1: refused")
+def test_an_empty_reason_is_left_out() -> None:
+    """Without empty brackets."""
+    line = line_of(EncounterOutcome(9, "refused", IDS[1], None, ""))
+    assert line == LogLine("encounter", "#0: mating with #1: refused")
 
 
 @pytest.mark.parametrize("event", [met(1), born(agent(0, 1)), lived(agent(0, 1))])
-def test_what_happens_all_the_time_is_not_said(event: RobotEvent) -> None:
-    """Meetings, births and lives."""
-    assert said(event) is None
-
-
-def test_an_agents_name_tells_its_number_and_its_robot() -> None:
-    """A name that tells no robot is nobody's."""
-    assert number_of(agent(3, 17)) == "17"
-    assert robot_of(agent(3, 17)) == IDS[3]
-    assert (number_of("x"), robot_of("x")) == ("x", b"")
+def test_frequent_events_have_no_line(event: RobotEvent) -> None:
+    """Meetings, births and lifetimes."""
+    assert line_of(event) is None

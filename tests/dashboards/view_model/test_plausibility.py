@@ -1,4 +1,4 @@
-"""What cannot be drawn or counted is not: whoever publishes nonsense throws nothing."""
+"""Implausible data are refused without raising."""
 
 import contextlib
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
-from crcolony_dashboards.view_model.plausibility import is_sound_event, is_sound_scene
+from crcolony_dashboards.view_model.plausibility import is_plausible_event, is_plausible_scene
 
 from crcolony.evolution.history import Born, Lived
 from crcolony.protocol.codec import WireError, encode
@@ -18,9 +18,9 @@ NAN, INF = float("nan"), float("inf")
 
 
 def scene(**changes: Any) -> Scene:
-    sound = TELEMETRY["scene"]
-    assert isinstance(sound, Scene)
-    return msgspec.structs.replace(sound, **changes)
+    plausible = TELEMETRY["scene"]
+    assert isinstance(plausible, Scene)
+    return msgspec.structs.replace(plausible, **changes)
 
 
 def robot(x_m: float = 0.0, y_m: float = 0.0, heading_rad: float = 0.0) -> SceneRobot:
@@ -31,10 +31,10 @@ def pack(x_m: float, y_m: float) -> ScenePack:
     return ScenePack(x_m, y_m, 0.0, 1.0, 0.0, 0.4)
 
 
-def test_what_an_arena_tells_is_sound() -> None:
+def test_a_scene_is_plausible() -> None:
     """With robots and packs, or without."""
-    assert is_sound_scene(scene())
-    assert is_sound_scene(scene(robots=[], packs=[]))
+    assert is_plausible_scene(scene())
+    assert is_plausible_scene(scene(robots=[], packs=[]))
 
 
 @pytest.mark.parametrize(
@@ -48,19 +48,19 @@ def test_what_an_arena_tells_is_sound() -> None:
         *({"packs": [pack(*where)]} for where in [(NAN, 0.0), (0.0, -INF), (1e9, 0.0)]),
     ],
 )
-def test_an_arena_has_a_size_and_a_time_and_everything_in_it_a_place(
+def test_sizes_times_and_positions_of_a_scene_are_finite(
     changes: dict[str, Any],
 ) -> None:
-    """All of them numbers that a picture can show: others are no scene, or none that is drawn."""
+    """Others are refused by the decoder, or as implausible."""
     with pytest.raises(WireError) if "tick" not in changes else contextlib.nullcontext():
-        assert not is_sound_scene(decode_scene(encode(scene(**changes))))
+        assert not is_plausible_scene(decode_scene(encode(scene(**changes))))
 
 
-def test_what_a_robot_tells_is_sound() -> None:
-    """Of a founder, of a child and of a life."""
-    assert is_sound_event(born(agent(0, 1), genes=[]))
-    assert is_sound_event(born(agent(0, 1), 7, [-3.0, 1e6], mother="a/0", father="a/1"))
-    assert is_sound_event(lived(agent(0, 1), 2**53 - 1))
+def test_births_and_lifetimes_are_plausible() -> None:
+    """Of a founder, of a child, and a lifetime."""
+    assert is_plausible_event(born(agent(0, 1), genes=[]))
+    assert is_plausible_event(born(agent(0, 1), 7, [-3.0, 1e6], mother="a/0", father="a/1"))
+    assert is_plausible_event(lived(agent(0, 1), 2**53 - 1))
 
 
 @pytest.mark.parametrize(
@@ -80,8 +80,8 @@ def test_what_a_robot_tells_is_sound() -> None:
         lived("x/1", 2**53),
     ],
 )
-def test_agents_have_short_names_a_generation_and_genes_that_are_numbers(
+def test_names_generations_and_genes_are_bounded(
     event: Born | Lived,
 ) -> None:
-    """Whoever tells of others tells nothing."""
-    assert not is_sound_event(event)
+    """Events beyond the limits are implausible."""
+    assert not is_plausible_event(event)

@@ -52,15 +52,15 @@ def show() -> DashboardHarness:
 
 def live(telemetry: FakeTelemetry) -> None:
     """Publish everything that two robots publish in a generation."""
-    telemetry.about_arena()
+    telemetry.arena_metadata()
     telemetry.scene((0, -0.5, 0.0), (1, 0.5, 0.0), packs=[(0.0, 0.5, 0.4)], tick=5_000)
     telemetry.join(0, 1, arena="lab", generation=1, matings=0, tick=5_000)
     for robot in (0, 1):
-        telemetry.about(robot, 1 - robot)
+        telemetry.robot_metadata(robot, 1 - robot)
         genes = [0.1] * len(SCHEMA)
-        telemetry.tell(robot, born(agent(robot, 0), 0, genes), met(1 - robot), mated(0, 1))
-        telemetry.tell(robot, lived(agent(robot, 0)), born(agent(robot, 1), 1, genes))
-        telemetry.tell(robot, Fault(1, "x"))
+        telemetry.events(robot, born(agent(robot, 0), 0, genes), met(1 - robot), mated(0, 1))
+        telemetry.events(robot, lived(agent(robot, 0)), born(agent(robot, 1), 1, genes))
+        telemetry.events(robot, Fault(1, "x"))
 
 
 def views(container: Any) -> Iterator[Any]:
@@ -109,7 +109,7 @@ def test_lines_are_styled_once(show: DashboardHarness) -> None:
         show.telemetry.scene((0, -0.5, 0.0), (1, 0.5, 0.0), tick=5_000 + 5 * k)
         if k == 20:
             for robot in (0, 1):
-                show.telemetry.tell(robot, lived(agent(robot, 1), 1), born(agent(robot, 2), 2))
+                show.telemetry.events(robot, lived(agent(robot, 1), 1), born(agent(robot, 2), 2))
         styled += [drawing for drawing in show.draw().drawings if is_style(drawing)]
     paths = [drawing.path for drawing in styled]
     assert len(paths) == len(set(paths)) > 40
@@ -126,7 +126,7 @@ def is_style(drawing: Drawing) -> bool:
 
 def test_drawings_have_the_current_time(show: DashboardHarness) -> None:
     """On all three timelines: wall clock, the colony's time (0 before it is known), and the lowest generation."""
-    show.telemetry.come(0)
+    show.telemetry.online(0)
     streams = show.draw(1.0)
     assert {drawing.moment for drawing in streams.drawings} == {Moment(T + 1.0, 0.0, 0)}
     show.telemetry.scene((0, 0.0, 0.0), tick=50)
@@ -158,7 +158,7 @@ def test_rates_are_sampled_once_a_second(show: DashboardHarness) -> None:
 def test_robots_that_are_long_offline_are_dropped(show: DashboardHarness) -> None:
     """In the end there is none."""
     live(show.telemetry)
-    show.telemetry.go(0, 1)
+    show.telemetry.offline(0, 1)
     show.draw(1.0)
     assert len(show.telemetry.monitor.robots) == 2
     streams = show.draw(FORGET_S + 2.0)
@@ -230,7 +230,7 @@ def test_implausible_telemetry_does_not_stop_it(data: st.DataObject) -> None:
             case "event":
                 event: RobotEvent = data.draw(EVENTS)
                 told_s = data.draw(st.sampled_from([None, 0.0, 9e12]))
-                telemetry.tell(robot, event, told_s=told_s)
+                telemetry.events(robot, event, told_s=told_s)
             case "scene":
                 packs = data.draw(st.lists(st.tuples(NUMBERS, NUMBERS, st.just(0.4)), max_size=2))
                 bodies = data.draw(st.lists(BODIES, max_size=2))
@@ -238,14 +238,14 @@ def test_implausible_telemetry_does_not_stop_it(data: st.DataObject) -> None:
             case "state":
                 telemetry.state(robot, **cast(Any, data.draw(STATES)))
             case "metadata":
-                telemetry.about(robot, settings=data.draw(SETTINGS))
+                telemetry.robot_metadata(robot, settings=data.draw(SETTINGS))
             case "go":
-                telemetry.go(robot)
+                telemetry.offline(robot)
             case _:
-                telemetry.come(robot)
+                telemetry.online(robot)
         show.draw(data.draw(st.sampled_from([0.1, 1.0, 11.0, -5.0])))
     telemetry.at_s = max(telemetry.at_s, T) + 20.0
-    telemetry.go(0, 1, 2)
+    telemetry.offline(0, 1, 2)
     live(telemetry)
     show.draw(1.0)
     streams = show.draw(1.0)

@@ -109,7 +109,7 @@ class TabHarness:
 
     def draw(self, after_s: float = 0.0) -> RecordingStreams:
         """Let time pass and the tab draw; return the streams with the drawings of this call only."""
-        self.telemetry.pass_s(after_s)
+        self.telemetry.advance_s(after_s)
         self.streams.clear()
         moment = self.telemetry.moment()
         self.streams.set_time(moment)

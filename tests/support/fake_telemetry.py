@@ -87,19 +87,19 @@ class FakeTelemetry:
         self._published = Counter[RobotId]()
         self._scenes = 0
 
-    def on_event(self, kind: SampleKind, key: str, message: Message | bytes = b"") -> None:
+    def handle(self, kind: SampleKind, key: str, message: Message | bytes = b"") -> None:
         payload = message if isinstance(message, bytes) else encode(message)
         raw = RawSample(kind, key, payload, round(1000.0 * self.at_s))
         for change in self.monitor.handle_sample(parse_sample(raw)):
             self.view.handle_change(change, self.at_s)
 
-    def come(self, *robots: int, colony: str = "blue", incarnation: int = 3) -> None:
+    def online(self, *robots: int, colony: str = "blue", incarnation: int = 3) -> None:
         for robot in robots:
-            self.on_event("online", ColonyKeys(colony).alive(IDS[robot], incarnation, "a"))
+            self.handle("online", ColonyKeys(colony).alive(IDS[robot], incarnation, "a"))
 
-    def go(self, *robots: int, colony: str = "blue", incarnation: int = 3) -> None:
+    def offline(self, *robots: int, colony: str = "blue", incarnation: int = 3) -> None:
         for robot in robots:
-            self.on_event("offline", ColonyKeys(colony).alive(IDS[robot], incarnation, "a"))
+            self.handle("offline", ColonyKeys(colony).alive(IDS[robot], incarnation, "a"))
 
     def state(self, *robots: int, colony: str = "blue", **changes: Any) -> None:
         for robot in robots:
@@ -107,24 +107,24 @@ class FakeTelemetry:
             state = TELEMETRY["state"]
             assert isinstance(state, RobotState)
             key = ColonyKeys(colony).state(IDS[robot])
-            self.on_event("state", key, msgspec.structs.replace(state, **message))
+            self.handle("state", key, msgspec.structs.replace(state, **message))
 
     def join(self, *robots: int, colony: str = "blue", **changes: Any) -> None:
         """Let robots come online and publish their state, and let the view refresh."""
-        self.come(*robots, colony=colony)
+        self.online(*robots, colony=colony)
         self.state(*robots, colony=colony, **changes)
-        self.pass_s(0.5)
+        self.advance_s(0.5)
 
-    def tell(
+    def events(
         self, robot: int, *events: RobotEvent, colony: str = "blue", told_s: float | None = None
     ) -> None:
         for event in events:
             self._published[IDS[robot]] += 1
             unix_ms = round(1000.0 * (self.at_s if told_s is None else told_s))
             message = EventMessage(IDS[robot], 3, self._published[IDS[robot]], unix_ms, event)
-            self.on_event("event", ColonyKeys(colony).event(IDS[robot]), message)
+            self.handle("event", ColonyKeys(colony).event(IDS[robot]), message)
 
-    def about(
+    def robot_metadata(
         self,
         robot: int,
         *peers: int,
@@ -132,11 +132,11 @@ class FakeTelemetry:
         settings: str = SETTINGS,
     ) -> None:
         about = RobotMetadata(IDS[robot], 3, settings, [IDS[peer] for peer in peers])
-        self.on_event("metadata", ColonyKeys(colony).metadata(IDS[robot]), about)
+        self.handle("metadata", ColonyKeys(colony).metadata(IDS[robot]), about)
 
-    def about_arena(self, name: str = "lab", settings: str = NATURE) -> None:
-        self.on_event("online", ArenaKeys(name).alive(7, "a"))
-        self.on_event("metadata", ArenaKeys(name).metadata, ArenaMetadata(name, 7, settings))
+    def arena_metadata(self, name: str = "lab", settings: str = NATURE) -> None:
+        self.handle("online", ArenaKeys(name).alive(7, "a"))
+        self.handle("metadata", ArenaKeys(name).metadata, ArenaMetadata(name, 7, settings))
 
     def scene(
         self,
@@ -150,14 +150,14 @@ class FakeTelemetry:
         bodies = [_body(*where) for where in robots]
         seen = [ScenePack(x_m, y_m, 0.0, 1.0, 0.0, charge) for x_m, y_m, charge in packs]
         scene = Scene(arena, 7, self._scenes, 1000, 7, 0.2, 2.0, 2.0, bodies, seen)
-        self.on_event("scene", ArenaKeys(arena).scene, msgspec.structs.replace(scene, **changes))
+        self.handle("scene", ArenaKeys(arena).scene, msgspec.structs.replace(scene, **changes))
 
-    def pass_s(self, seconds: float) -> None:
+    def advance_s(self, seconds: float) -> None:
         """Let time pass, and let the view refresh."""
         self.at_s += seconds
         self.view.refresh(self.at_s)
 
-    def forget_absent(self) -> None:
+    def remove_absent(self) -> None:
         """Remove all robots and arenas that are offline, as after a long silence."""
         self.monitor.handle_timeouts(self.at_s + FORGET_S + 1.0)
 

@@ -56,7 +56,7 @@ def test_an_outcome_without_a_reason_has_no_brackets() -> None:
         text(EncounterOutcome(9, outcome, PEER, None, "")) for outcome in ("refused", "doubt")
     )
     assert refused == "mating with peer: refused"
-    assert doubt == "mating with peer: doubt – the partner has not sent its decision"
+    assert doubt == "mating with peer: doubt – the partner's decision is unknown"
 
 
 @pytest.mark.parametrize(

@@ -47,7 +47,7 @@ class TestScenes:
         assert streams.shown(f"{ROOT}/robots", "positions") == []
         show.telemetry.scene((0, 0.0, 0.0))
         assert len(show.draw(0.1).shown(f"{ROOT}/robots", "positions")) == 1
-        show.telemetry.forget_absent()
+        show.telemetry.remove_absent()
         assert show.draw(0.1).shown(f"{ROOT}/robots", "positions") == []
 
 

@@ -125,7 +125,7 @@ class TestWalls:
         assert len(lines(streams, "walls")) == 2
         assert streams.shown(f"{ROOT}/walls", "labels") == ["attic", "lab"]
         assert streams.shown(f"{ROOT}/walls", "show_labels") == [True]
-        show.telemetry.forget_absent()
+        show.telemetry.remove_absent()
         show.telemetry.scene((0, 0.0, 0.0))
         streams = show.draw(0.1)
         assert len(lines(streams, "walls")) == 1

@@ -42,7 +42,7 @@ class TestFieldRim:
         """It ends where small steps along it find the wall or the end of the range."""
         telemetry = FakeTelemetry()
         telemetry.scene(width_m=width_m, height_m=height_m)
-        telemetry.pass_s(0.0)
+        telemetry.advance_s(0.0)
         half_m = 0.5 * np.array([width_m, height_m])
         eye = half_m * (x, y)
         ahead = np.array([np.cos(angle), np.sin(angle)])
@@ -59,7 +59,7 @@ class TestFieldRim:
         """From a robot at the wall that faces it the field is empty."""
         telemetry = FakeTelemetry()
         telemetry.scene(width_m=2.0, height_m=4.0)
-        telemetry.pass_s(0.0)
+        telemetry.advance_s(0.0)
         (scene,) = telemetry.view.scenes()
         angles = np.array([0.0, 0.5, 1.0, 1.5]) * np.pi
         rim = field_rim(np.array([0.5, 0.5]), angles, 9.0, scene)
@@ -74,7 +74,7 @@ class TestCameraFields:
         """It points ahead, with the range and angle that the arena has published."""
         nature = json.loads(NATURE)
         nature["body"] |= {"camera_range_m": 0.25, "camera_half_angle_rad": 0.1}
-        show.telemetry.about_arena(settings=json.dumps(nature))
+        show.telemetry.arena_metadata(settings=json.dumps(nature))
         strips = lines(show.draw(0.1), "camera_fields")
         assert len(strips) == 2
         for strip, eye in zip(strips, ([-0.5, 0.0], [0.5, 0.0]), strict=True):
@@ -84,8 +84,8 @@ class TestCameraFields:
 
     def test_the_fields_of_several_arenas_are_side_by_side(self, show: TabHarness) -> None:
         """As the arenas are."""
-        show.telemetry.about_arena()
-        show.telemetry.about_arena("north")
+        show.telemetry.arena_metadata()
+        show.telemetry.arena_metadata("north")
         show.telemetry.scene((2, 0.0, 0.0), arena="north")
         eyes = [strip[0] for strip in lines(show.draw(0.1), "camera_fields")]
         assert eyes == [[-0.5, 0.0], [0.5, 0.0], [pytest.approx(2.4), 0.0]]
@@ -94,13 +94,13 @@ class TestCameraFields:
     def test_without_a_camera_there_is_no_field(self, show: TabHarness, settings: str) -> None:
         """Nor in an arena that has not published its settings."""
         assert lines(show.draw(0.1), "camera_fields") == []
-        show.telemetry.about_arena(settings=settings)
+        show.telemetry.arena_metadata(settings=settings)
         show.telemetry.scene((0, 0.0, 0.0))
         assert lines(show.draw(0.1), "camera_fields") == []
 
     def test_fields_of_many_robots_are_not_drawn(self, show: TabHarness) -> None:
         """Those drawn before are removed."""
-        show.telemetry.about_arena()
+        show.telemetry.arena_metadata()
         assert len(lines(show.draw(0.1), "camera_fields")) == 2
         show.telemetry.scene(*((k, 0.1 * k, 0.0) for k in range(9)))
         assert lines(show.draw(0.1), "camera_fields") == []
@@ -111,7 +111,7 @@ class TestPairings:
 
     def test_the_line_of_a_mating_appears_and_is_removed(self, show: TabHarness) -> None:
         """It joins the two robots in the colour of the outcome, and is removed without any further telemetry."""
-        show.telemetry.tell(0, mated(0, 1, conceived=True))
+        show.telemetry.events(0, mated(0, 1, conceived=True))
         streams = show.draw(0.1)
         assert lines(streams, "matings") == [[[-0.5, 0.0], [0.5, 0.0]]]
         assert streams.colours(f"{ROOT}/matings") == [palette.CONCEIVED]
@@ -121,7 +121,7 @@ class TestPairings:
 
     def test_a_meeting_is_shown_for_a_shorter_time(self, show: TabHarness) -> None:
         """It is drawn apart from the mating; a mating without offspring has its own colour."""
-        show.telemetry.tell(0, met(1), mated(0, 1))
+        show.telemetry.events(0, met(1), mated(0, 1))
         streams = show.draw(0.1)
         assert (len(lines(streams, "meetings")), len(lines(streams, "matings"))) == (1, 1)
         assert streams.colours(f"{ROOT}/matings") == [palette.MATED]
@@ -130,7 +130,7 @@ class TestPairings:
 
     def test_lines_follow_robots_that_move(self, show: TabHarness) -> None:
         """They are removed with a robot that is no longer in the scene."""
-        show.telemetry.tell(0, mated(0, 1))
+        show.telemetry.events(0, mated(0, 1))
         show.draw(0.1)
         show.telemetry.scene((0, -0.5, 0.5), (1, 0.5, 0.5))
         assert lines(show.draw(0.1), "matings") == [[[-0.5, 0.5], [0.5, 0.5]]]
@@ -139,5 +139,5 @@ class TestPairings:
 
     def test_robots_without_a_body_have_no_lines(self, show: TabHarness) -> None:
         """Matings of robots that are in no scene are not drawn."""
-        show.telemetry.tell(7, mated(7, 8))
+        show.telemetry.events(7, mated(7, 8))
         assert show.draw(0.1).times(f"{ROOT}/matings") == 0

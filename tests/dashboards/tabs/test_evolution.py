@@ -28,7 +28,7 @@ def show() -> TabHarness:
     """Two robots that have published their settings."""
     show = TabHarness(EvolutionTab())
     show.telemetry.join(0, 1, generation=0)
-    show.telemetry.about(0, 1)
+    show.telemetry.robot_metadata(0, 1)
     return show
 
 
@@ -37,15 +37,15 @@ def live(show: TabHarness, number: int, agents: int = 3, robots: tuple[int, ...]
     for robot in robots:
         names = [agent(robot, 100 * number + k) for k in range(agents)]
         for k, name in enumerate(names):
-            show.telemetry.tell(
+            show.telemetry.events(
                 robot, born(name, number, list(GENES[(robot + 2 * k) % len(GENES)]))
             )
         for k, name in enumerate(names):
-            show.telemetry.tell(robot, lived(name, number, matings=robot + k, captures=10 * k))
+            show.telemetry.events(robot, lived(name, number, matings=robot + k, captures=10 * k))
         child = agent(robot, 100 * (number + 1))
-        show.telemetry.tell(robot, born(child, number + 1, list(GENES[7])))
+        show.telemetry.events(robot, born(child, number + 1, list(GENES[7])))
         show.telemetry.state(robot, generation=number + 1, agent=child)
-    show.telemetry.pass_s(0.5)
+    show.telemetry.advance_s(0.5)
 
 
 def drawn(streams: RecordingStreams, path: str) -> list[Drawing]:
@@ -77,10 +77,10 @@ class TestMeasures:
             for number in (0, 1):
                 name = agent(robot, number)
                 incarnation = lived(name, number, tick=5_000 + 100 * number)
-                show.telemetry.tell(robot, incarnation, told_s=T - 300.0 + number)
-                show.telemetry.tell(robot, born(agent(robot, 9 + number), number + 1))
+                show.telemetry.events(robot, incarnation, told_s=T - 300.0 + number)
+                show.telemetry.events(robot, born(agent(robot, 9 + number), number + 1))
             show.telemetry.state(robot, generation=2)
-        show.telemetry.pass_s(0.5)
+        show.telemetry.advance_s(0.5)
         moments = [drawing.moment for drawing in drawn(show.draw(1.0), "/evolution/matings/blue")]
         assert moments == [Moment(T - 300.0, 1_000.0, 0), Moment(T - 299.0, 1_020.0, 1)]
 
@@ -90,7 +90,7 @@ class TestMeasures:
     ) -> None:
         """Nor before the start, whatever a robot's clock says."""
         show.telemetry.scene(tick=100)
-        show.telemetry.tell(0, lived(agent(0, 0), tick=tick), told_s=T + 1e9)
+        show.telemetry.events(0, lived(agent(0, 0), tick=tick), told_s=T + 1e9)
         show.telemetry.state(0, 1, generation=1)
         streams = show.draw(20.0)
         (drawing,) = drawn(streams, "/evolution/matings/blue")
@@ -101,7 +101,7 @@ class TestMeasures:
         live(show, 0)
         blue = show.draw(1.0).colours("/evolution/matings/blue")
         show.telemetry.join(2, colony="ash", generation=1)
-        show.telemetry.tell(2, lived(agent(2, 0)), colony="ash")
+        show.telemetry.events(2, lived(agent(2, 0)), colony="ash")
         live(show, 1)
         show.draw(1.0)
         streams = show.draw(12.0)
@@ -150,7 +150,7 @@ class TestGenes:
             show = TabHarness(EvolutionTab())
             show.telemetry.join(0, generation=0)
             if settings is not None:
-                show.telemetry.about(0, settings=settings)
+                show.telemetry.robot_metadata(0, settings=settings)
             live(show, 0, robots=(0,))
             streams = show.draw(1.0)
             assert streams.entities("/evolution/matings/") == ["blue", "blue_ends"]
@@ -188,18 +188,18 @@ class TestAgent:
         """One whose birth was received; it is not replaced before there is a best agent."""
         assert "/evolution/agent" not in show.draw(1.0).paths()
         for robot in (0, 1):
-            show.telemetry.tell(robot, born(agent(robot, 5), 0, list(GENES[robot])))
+            show.telemetry.events(robot, born(agent(robot, 5), 0, list(GENES[robot])))
             show.telemetry.state(robot, generation=0, agent=agent(robot, 5))
         assert show.draw(1.0).text("/evolution/agent").startswith("**Agent 5 of #0**")
         show.telemetry.state(0, generation=0, agent=agent(0, 6))
-        show.telemetry.tell(0, born(agent(0, 6), 0, list(GENES[8])))
+        show.telemetry.events(0, born(agent(0, 6), 0, list(GENES[8])))
         assert show.draw(1.0).paths() == []
 
     def test_the_chosen_agent_is_drawn(self) -> None:
         """As soon as its birth was received, even if others mate more."""
         show = TabHarness(EvolutionTab(agent(0, 1)))
         show.telemetry.join(0, 1, generation=0)
-        show.telemetry.about(0, 1)
+        show.telemetry.robot_metadata(0, 1)
         live(show, 0)
         assert show.draw(1.0).text("/evolution/agent").startswith("**Agent 1 of #0**")
         live(show, 1)
@@ -224,13 +224,13 @@ class TestAgent:
         blind["body"][sense] = 0.0 if sense == "camera_half_angle_rad" else 1e-320
         show = TabHarness(EvolutionTab())
         show.telemetry.join(0, generation=0)
-        show.telemetry.about(0, settings=json.dumps(blind))
+        show.telemetry.robot_metadata(0, settings=json.dumps(blind))
         live(show, 0, robots=(0,))
         assert show.draw(1.0).entities("/evolution/potential/") == []
 
     def test_the_largest_genes_are_drawn(self, show: TabHarness) -> None:
         """Any peer can publish them."""
-        show.telemetry.tell(0, born(agent(0, 5), 0, [1e9, -1e9] * (len(SCHEMA) // 2)))
+        show.telemetry.events(0, born(agent(0, 5), 0, [1e9, -1e9] * (len(SCHEMA) // 2)))
         show.telemetry.state(0, generation=0, agent=agent(0, 5))
         assert len(SCHEMA) % 2 == 0
         assert show.draw(1.0).picture("/evolution/potential/mating").shape == (61, 61, 3)

@@ -51,7 +51,7 @@ class TestEnergy:
         """And the distribution ends."""
         show.telemetry.join(*range(MAX_ROBOT_LINES + 1))
         show.draw(0.5)
-        show.telemetry.go(MAX_ROBOT_LINES)
+        show.telemetry.offline(MAX_ROBOT_LINES)
         streams = show.draw(0.5)
         assert "/life/energy/all" not in streams.paths()
         assert streams.times("/life/energy/robot_0") > 0
@@ -61,7 +61,7 @@ class TestEnergy:
         show.telemetry.join(0)
         points = sum(len(show.draw(0.1).scalars("/life/energy/robot_0")) for _ in range(100))
         assert points == pytest.approx(20, abs=2)
-        show.telemetry.go(0)
+        show.telemetry.offline(0)
         show.draw(0.5)
         for _ in range(10):
             assert show.draw(0.5).paths() == []
@@ -103,7 +103,7 @@ class TestRates:
         drawn = 0
         for second in range(10):
             show.telemetry.state(0, 1, matings=second, captures=2 * second)
-            show.telemetry.pass_s(0.5)
+            show.telemetry.advance_s(0.5)
             show.view.update_rates(show.telemetry.at_s)
             drawn += show.draw(0.5).times("/life/rates/matings_blue")
         assert drawn == pytest.approx(9, abs=2)
@@ -119,7 +119,7 @@ class TestRates:
             show.telemetry.join(0)
             show.telemetry.join(1, colony="red")
             show.view.update_rates(show.telemetry.at_s)
-            show.telemetry.pass_s(10.0)
+            show.telemetry.advance_s(10.0)
         streams = show.draw(0.5)
         assert streams.shown("/life/rates/matings_red", "names") == ["red: matings"]
         assert streams.shown("/life/rates/batteries_blue", "names") == ["blue: batteries"]

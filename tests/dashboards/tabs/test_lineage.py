@@ -28,7 +28,7 @@ def report_births(
             parents["mother"] = agent(robot, 100 * (generation - 1) + k)
             parents["father"] = agent(robot, 100 * (generation - 1) + (k + 1) % agents)
         name = agent(robot, 100 * generation + k)
-        show.telemetry.tell(robot, born(name, generation, [float(k)], **parents), colony=colony)
+        show.telemetry.events(robot, born(name, generation, [float(k)], **parents), colony=colony)
 
 
 def places(streams: RecordingStreams) -> Places:
@@ -77,7 +77,7 @@ class TestFamily:
                     name: place for name, place in seen.items() if name in now
                 }
                 seen = now
-            show.telemetry.go(generation % 2)
+            show.telemetry.offline(generation % 2)
         assert len(set(seen.values())) == len(seen)
 
     def test_robots_are_side_by_side_and_generations_below_each_other(
@@ -97,10 +97,10 @@ class TestFamily:
     def test_no_two_agents_have_the_same_position(self, show: TabHarness) -> None:
         """Also with agents of robots that were dropped, and in a colony of many robots."""
         for robot in (2, 3):
-            show.telemetry.tell(robot, born(agent(robot, 0)))
+            show.telemetry.events(robot, born(agent(robot, 0)))
         for robot in (0, 1):
             report_births(show, robot, 0)
-        show.telemetry.forget_absent()
+        show.telemetry.remove_absent()
         assert set(show.telemetry.monitor.robots) == set(IDS[:2])
         where = places(show.draw(2.0))
         assert len(set(where.values())) == len(where) == 10
@@ -114,7 +114,7 @@ class TestFamily:
     def test_colours_are_those_of_the_founders(self, show: TabHarness) -> None:
         """Of the founder of most of an agent's genes."""
         report_births(show, 0, 0, 2)
-        show.telemetry.tell(
+        show.telemetry.events(
             0, born(agent(0, 100), 1, [1.0], mother=agent(0, 0), father=agent(0, 1))
         )
         streams = show.draw(2.0)
@@ -149,7 +149,7 @@ class TestFounders:
         """With the founder's name and colour; they add up to 1."""
         report_births(show, 0, 0, 2)
         report_births(show, 1, 0, 2)
-        show.telemetry.tell(0, born(agent(0, 100), 1, [0.0], mother=agent(0, 0)))
+        show.telemetry.events(0, born(agent(0, 100), 1, [0.0], mother=agent(0, 0)))
         streams = show.draw(2.0)
         lines = {name: streams.scalars(FOUNDERS + name) for name in streams.entities(FOUNDERS)}
         assert sum(values[0][0] for values in lines.values()) == pytest.approx(1.0)
@@ -162,7 +162,7 @@ class TestFounders:
         """It does not end above it."""
         report_births(show, 0, 0, 2)
         show.draw(2.0)
-        show.telemetry.tell(0, born(agent(0, 100), 1, [0.0], mother=agent(0, 0)))
+        show.telemetry.events(0, born(agent(0, 100), 1, [0.0], mother=agent(0, 0)))
         streams = show.draw(2.0)
         assert streams.scalars(f"{FOUNDERS}blue_{IDS[0].hex()}_1") == [[0.0]]
         assert streams.scalars(f"{FOUNDERS}blue_{IDS[0].hex()}_0") == [[1.0]]
@@ -175,8 +175,8 @@ class TestFounders:
         assert streams.shown(f"{FOUNDERS}blue_others", "names") == ["all others"]
         assert streams.scalars(f"{FOUNDERS}blue_others") == [[pytest.approx(1.0)]]
         for k in range(150):
-            show.telemetry.tell(0, born(agent(0, 1000 + k), 1, [0.0], mother=agent(0, 3)))
-            show.telemetry.tell(0, born(agent(0, 2000 + k), 1, [0.0], mother=agent(0, k)))
+            show.telemetry.events(0, born(agent(0, 1000 + k), 1, [0.0], mother=agent(0, 3)))
+            show.telemetry.events(0, born(agent(0, 2000 + k), 1, [0.0], mother=agent(0, k)))
         streams = show.draw(2.0)
         others = f"{FOUNDERS}blue_others"
         assert streams.entities(FOUNDERS) == [f"blue_{IDS[0].hex()}_3", "blue_others"]
@@ -185,7 +185,7 @@ class TestFounders:
     def test_the_number_of_lines_is_limited(self, show: TabHarness) -> None:
         """Later founders count as others."""
         for generation in range(60):
-            show.telemetry.tell(0, born(f"{IDS[0].hex()}/{generation}", generation))
+            show.telemetry.events(0, born(f"{IDS[0].hex()}/{generation}", generation))
             show.draw(2.0)
         assert len(show.streams.entities(FOUNDERS)) == 24 + 1
         assert show.streams.scalars(f"{FOUNDERS}blue_others") == [[1.0]]

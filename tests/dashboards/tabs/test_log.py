@@ -26,9 +26,9 @@ def written(streams: RecordingStreams) -> list[tuple[str, str, str]]:
 
 def test_events_are_logged_in_order(show: TabHarness) -> None:
     """Every kind has its own entity, and every line a severity."""
-    show.telemetry.tell(0, mated(0, 1, conceived=True), Died(7, 0, agent(0, 3)))
-    show.telemetry.tell(1, Fault(7, "no arena"))
-    show.telemetry.go(0)
+    show.telemetry.events(0, mated(0, 1, conceived=True), Died(7, 0, agent(0, 3)))
+    show.telemetry.events(1, Fault(7, "no arena"))
+    show.telemetry.offline(0)
     assert written(show.draw(1.0)) == [
         ("/log/mating", "#0 mated with #1, conceived (energy 0.50)", "INFO"),
         ("/log/death", "#0: agent 3 starved", "INFO"),
@@ -39,7 +39,7 @@ def test_events_are_logged_in_order(show: TabHarness) -> None:
 
 def test_no_line_is_written_twice(show: TabHarness) -> None:
     """And without events there are none."""
-    show.telemetry.tell(1, Fault(7, "no arena"))
+    show.telemetry.events(1, Fault(7, "no arena"))
     assert len(written(show.draw(1.0))) == 1
     assert written(show.draw(1.0)) == []
 
@@ -47,7 +47,7 @@ def test_no_line_is_written_twice(show: TabHarness) -> None:
 def test_lines_are_written_once_a_second(show: TabHarness) -> None:
     """Lines above the limit are counted."""
     for number in range(9):
-        show.telemetry.tell(1, Fault(7, str(number)))
+        show.telemetry.events(1, Fault(7, str(number)))
         assert written(show.draw(0.05)) == []
     lines = written(show.draw(0.5))
     assert [text for _, text, _ in lines] == [

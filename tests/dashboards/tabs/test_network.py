@@ -29,8 +29,8 @@ class TestPeerMatrix:
         """A robot that has not published any is unknown; colonies follow one another."""
         show.telemetry.join(0, 1, 2)
         show.telemetry.join(3, colony="red")
-        show.telemetry.about(0, 1, 2, 3)
-        show.telemetry.about(1, 0)
+        show.telemetry.robot_metadata(0, 1, 2, 3)
+        show.telemetry.robot_metadata(1, 0)
         assert cells(show.draw(1.0), 4) == [
             [ITSELF, IS_PEER, IS_PEER, IS_PEER],
             [IS_PEER, ITSELF, NO_PEER, NO_PEER],
@@ -53,14 +53,14 @@ class TestPeerMatrix:
     def test_the_matrix_is_drawn_when_it_has_changed(self, show: TabHarness) -> None:
         """And from time to time for viewers that connect late."""
         show.telemetry.join(0, 1)
-        show.telemetry.about(0, 1)
+        show.telemetry.robot_metadata(0, 1)
         assert show.draw(1.0).times("/network/peer_matrix") == 1
         drawn = []
         for _ in range(30):
-            show.telemetry.about(0, 1)
+            show.telemetry.robot_metadata(0, 1)
             drawn.append(show.draw(1.0).times("/network/peer_matrix"))
         assert drawn == ([0] * 14 + [1]) * 2
-        show.telemetry.about(0)
+        show.telemetry.robot_metadata(0)
         assert show.draw(1.0).times("/network/peer_matrix") == 1
         assert cells(show.streams, 2)[0] == [ITSELF, NO_PEER]
 
@@ -69,7 +69,7 @@ class TestPeerMatrix:
         assert show.draw(1.0).entities("/network/peer_matrix") == []
         show.telemetry.join(0)
         show.draw(1.0)
-        show.telemetry.go(0)
+        show.telemetry.offline(0)
         assert show.draw(1.0).entities("/network/peer_matrix") == []
         show.telemetry.join(0)
         assert cells(show.draw(1.0), 1) == [[ITSELF]]
@@ -90,7 +90,7 @@ class TestPlots:
         size = show.telemetry.monitor.bytes
         for _ in range(4):
             show.telemetry.state(0, 1)
-            show.telemetry.tell(0, Fault(1, "x"))
+            show.telemetry.events(0, Fault(1, "x"))
             show.telemetry.scene()
         ((states, events, scenes, kilobytes),) = show.draw(2.0).scalars("/network/rates")
         assert (states, events, scenes) == (4.0, 2.0, 2.0)
@@ -100,10 +100,10 @@ class TestPlots:
         """Robots without a state are left out."""
         assert show.draw(1.0).scalars("/network/ages") == []
         for robot in range(3):
-            show.telemetry.come(robot)
+            show.telemetry.online(robot)
             show.telemetry.state(robot)
             show.telemetry.at_s += 1.0
-        show.telemetry.come(3)
+        show.telemetry.online(3)
         (ages,) = show.draw(1.0).scalars("/network/ages")
         assert ages == pytest.approx([3.0, 3.8, 4.0])
 
@@ -116,7 +116,7 @@ class TestPlots:
             show.telemetry.join(
                 robot, peers=peers, dropped=0, refused=10, faults=0, waiting=0, doubts=0, orphaned=0
             )
-        show.telemetry.on_event("state", "nonsense")
+        show.telemetry.handle("state", "nonsense")
         streams = show.draw(1.0)
         assert streams.scalars("/network/peers") == [[1.0, 3.0, 7.0]]
         assert streams.scalars("/network/losses") == [[0.0, 1.0, 22.0, 1.0, 3.0]]
@@ -132,8 +132,8 @@ class TestPlots:
     def test_robots_online_silent_and_restarted_are_counted(self, show: TabHarness) -> None:
         """Restarts in total, also of robots that are offline."""
         show.telemetry.join(0, 1)
-        show.telemetry.come(1, incarnation=4)
-        show.telemetry.go(0)
+        show.telemetry.online(1, incarnation=4)
+        show.telemetry.offline(0)
         assert show.draw(1.0).scalars("/network/presence") == [[1.0, 0.0, 1.0]]
         assert show.draw(SILENT_AFTER_S).scalars("/network/presence") == [[1.0, 1.0, 1.0]]
 
@@ -168,8 +168,8 @@ class TestTable:
         show.telemetry.join(
             0, 1, energy=0.25, generation=2, matings=4, conceptions=3, peers=1, doubts=0, orphaned=0
         )
-        show.telemetry.come(2)
-        show.telemetry.go(1)
+        show.telemetry.online(2)
+        show.telemetry.offline(1)
         _, _, *rows = self.rows(show)
         assert rows[0] == "| #0 | online | 0.25 | 2 | 4 | 3 | 1 | 0 | 1.5 s | 0 |"
         assert rows[1].startswith("| #1 | offline | ")
@@ -184,7 +184,7 @@ class TestTable:
 
     def test_every_row_has_all_columns(self, show: TabHarness) -> None:
         """Whatever is known of the robot."""
-        show.telemetry.come(0)
+        show.telemetry.online(0)
         show.telemetry.join(1)
         assert len({row.count("|") for row in self.rows(show)}) == 1
 

@@ -43,7 +43,7 @@ class TestPositions:
         telemetry = FakeTelemetry()
         for number, width_m in enumerate(widths_m):
             telemetry.scene(arena=f"a{number}", width_m=width_m)
-        telemetry.pass_s(0.0)
+        telemetry.advance_s(0.0)
         middles_m = arena_offsets_m(telemetry.view.scenes())
         assert middles_m[0] == 0.0
         lefts_m = np.array(middles_m) - 0.5 * np.array(widths_m)
@@ -54,7 +54,7 @@ class TestPositions:
         """In the order of the arenas and of the robots in them."""
         telemetry.scene((2, 0.5, -0.5, 1.0), (0, 0.0, 0.25, 2.0), arena="a")
         telemetry.scene((1, -1.0, 0.5, 3.0), arena="b", width_m=4.0)
-        telemetry.pass_s(0.0)
+        telemetry.advance_s(0.0)
         markers = robot_markers(telemetry.view.scenes())
         assert markers.robots == [IDS[2], IDS[0], IDS[1]]
         shift_m = 1.0 + GAP_M + 2.0
@@ -64,10 +64,10 @@ class TestPositions:
     def test_robots_are_drawn_larger_in_a_large_arena(self, telemetry: FakeTelemetry) -> None:
         """To be visible; in a small arena they have their own size."""
         telemetry.scene()
-        telemetry.pass_s(0.0)
+        telemetry.advance_s(0.0)
         assert robot_markers(telemetry.view.scenes()).radius_m == 0.11
         telemetry.scene(height_m=100.0)
-        telemetry.pass_s(0.0)
+        telemetry.advance_s(0.0)
         assert robot_markers(telemetry.view.scenes()).radius_m == pytest.approx(0.55)
 
     def test_without_scenes_there_are_no_markers(self) -> None:
@@ -83,10 +83,10 @@ class TestColours:
         """In the order of the markers, whatever the order of arrival."""
         telemetry.join(0, energy=0.0, module=0, agent=agent(0, 1))
         telemetry.join(1, energy=1.0, module=1, agent=agent(1, 1))
-        telemetry.tell(0, born(agent(0, 1)))
-        telemetry.tell(1, born(agent(1, 1)))
+        telemetry.events(0, born(agent(0, 1)))
+        telemetry.events(1, born(agent(1, 1)))
         telemetry.scene((1, 0.0, 0.0), (0, 0.5, 0.0))
-        telemetry.pass_s(0.1)
+        telemetry.advance_s(0.1)
         colours = colours_of(telemetry)
         assert rgb(colours.energy) == [palette.GOOD, palette.BAD]
         assert rgb(colours.module) == [palette.MODULES[1], palette.MODULES[0]]
@@ -99,13 +99,13 @@ class TestColours:
         """Until its birth is received; every agent has the colour of its own founder."""
         telemetry.join(0, agent=agent(0, 1))
         telemetry.scene((0, 0.0, 0.0))
-        telemetry.pass_s(0.1)
+        telemetry.advance_s(0.1)
         lookup = ColourLookup()
         assert rgb(colours_of(telemetry, lookup).founder) == [palette.DIM]
-        telemetry.tell(0, born(agent(0, 1)), born(agent(0, 2)))
+        telemetry.events(0, born(agent(0, 1)), born(agent(0, 2)))
         for number in (1, 2, 1):
             telemetry.state(0, agent=agent(0, number))
-            telemetry.pass_s(0.6)
+            telemetry.advance_s(0.6)
             assert rgb(colours_of(telemetry, lookup).founder) == [
                 palette.founder_colour(number - 1)
             ]
@@ -113,11 +113,11 @@ class TestColours:
     def test_silent_offline_and_unknown_robots_are_grey(self, telemetry: FakeTelemetry) -> None:
         """In all three colours."""
         telemetry.join(0, 1, 2)
-        telemetry.go(1)
+        telemetry.offline(1)
         telemetry.at_s += SILENT_AFTER_S + 0.1
         telemetry.state(1, 2)
         telemetry.scene((0, 0.0, 0.0), (1, 0.5, 0.0), (2, 0.0, 0.5), (3, 0.5, 0.5))
-        telemetry.pass_s(0.1)
+        telemetry.advance_s(0.1)
         colours = colours_of(telemetry)
         assert colours.is_stale == [True, True, False, True]
         for kind in (colours.energy, colours.module, colours.founder):
@@ -132,7 +132,7 @@ class TestColours:
         telemetry.at_s += SILENT_AFTER_S + 0.1
         telemetry.scene((1, 0.0, 0.0), arena="b")
         telemetry.state(0, 1)
-        telemetry.pass_s(0.1)
+        telemetry.advance_s(0.1)
         assert colours_of(telemetry).is_stale == [True, False]
 
     def test_colours_are_updated_periodically(
@@ -143,14 +143,14 @@ class TestColours:
         lookup = ColourLookup()
         telemetry.join(0, 1, energy=0.0)
         telemetry.scene((0, 0.0, 0.0))
-        telemetry.pass_s(0.1)
+        telemetry.advance_s(0.1)
         first = colours_of(telemetry, lookup)
         telemetry.state(0, 1, energy=1.0)
-        telemetry.pass_s(0.1)
+        telemetry.advance_s(0.1)
         assert colours_of(telemetry, lookup) is first
         telemetry.scene((0, 0.0, 0.0), (1, 0.5, 0.0))
-        telemetry.pass_s(0.1)
+        telemetry.advance_s(0.1)
         assert rgb(colours_of(telemetry, lookup).energy) == [palette.GOOD, palette.GOOD]
         telemetry.state(0, 1, energy=0.0)
-        telemetry.pass_s(1.0)
+        telemetry.advance_s(1.0)
         assert rgb(colours_of(telemetry, lookup).energy) == [palette.BAD, palette.BAD]

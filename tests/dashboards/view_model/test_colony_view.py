@@ -28,9 +28,9 @@ class TestColonies:
         """Their states, generations, families and ended generations."""
         for robot, colony in enumerate(("blue", "red")):
             telemetry.join(robot, colony=colony, generation=1 + robot)
-            telemetry.tell(robot, born(agent(robot, 0)), lived(agent(robot, 0)), colony=colony)
-            telemetry.tell(robot, born(agent(robot, 1), 1), colony=colony)
-        telemetry.pass_s(0.5)
+            telemetry.events(robot, born(agent(robot, 0)), lived(agent(robot, 0)), colony=colony)
+            telemetry.events(robot, born(agent(robot, 1), 1), colony=colony)
+        telemetry.advance_s(0.5)
         assert [state.robot for state in telemetry.view.states("red")] == [IDS[1]]
         assert {state.robot for state in telemetry.view.states()} == set(IDS[:2])
         assert telemetry.view.generation() == 1
@@ -48,11 +48,11 @@ class TestColonies:
         """Robots of further ones are listed but not counted."""
         for robot in range(MAX_COLONIES + 2):
             telemetry.join(robot, colony=f"c{robot}")
-            telemetry.tell(robot, mated(robot, robot + 1), colony=f"c{robot}")
+            telemetry.events(robot, mated(robot, robot + 1), colony=f"c{robot}")
             telemetry.state(robot, colony=f"c{robot}", matings=1 + robot)
             telemetry.view.update_rates(telemetry.at_s)
-        telemetry.come(MAX_COLONIES + 3)
-        telemetry.pass_s(0.5)
+        telemetry.online(MAX_COLONIES + 3)
+        telemetry.advance_s(0.5)
         telemetry.view.update_rates(telemetry.at_s)
         assert len(telemetry.view.colonies) == MAX_COLONIES
         assert len(telemetry.view.alive) == MAX_COLONIES + 3
@@ -62,11 +62,11 @@ class TestColonies:
         """For a new one, if there are too many."""
         for robot in range(MAX_COLONIES):
             telemetry.join(robot, colony=f"c{robot}")
-            telemetry.tell(robot, born(agent(robot, 0)), colony=f"c{robot}")
-        telemetry.go(3, colony="c3")
-        telemetry.pass_s(0.5)
+            telemetry.events(robot, born(agent(robot, 0)), colony=f"c{robot}")
+        telemetry.offline(3, colony="c3")
+        telemetry.advance_s(0.5)
         telemetry.join(MAX_COLONIES, colony="new")
-        telemetry.tell(MAX_COLONIES, born(agent(MAX_COLONIES, 0)), colony="new")
+        telemetry.events(MAX_COLONIES, born(agent(MAX_COLONIES, 0)), colony="new")
         assert "new" in telemetry.view.colonies
         assert "c3" not in telemetry.view.colonies
 
@@ -75,17 +75,17 @@ class TestColonies:
     ) -> None:
         """Robots that continue from their memories belong to the same one."""
         telemetry.join(0)
-        telemetry.tell(0, born(agent(0, 0)), lived(agent(0, 0)), born(agent(0, 1), 1))
+        telemetry.events(0, born(agent(0, 0)), lived(agent(0, 0)), born(agent(0, 1), 1))
         first = telemetry.view.colonies["blue"]
-        telemetry.go(0)
-        telemetry.pass_s(0.5)
+        telemetry.offline(0)
+        telemetry.advance_s(0.5)
         telemetry.join(0)
-        telemetry.tell(0, born(agent(0, 2), 2))
+        telemetry.events(0, born(agent(0, 2), 2))
         assert telemetry.view.colonies["blue"] is first
-        telemetry.go(0)
-        telemetry.pass_s(0.5)
+        telemetry.offline(0)
+        telemetry.advance_s(0.5)
         telemetry.join(0)
-        telemetry.tell(0, born(agent(0, 0)))
+        telemetry.events(0, born(agent(0, 0)))
         again = telemetry.view.colonies["blue"]
         assert again is not first
         assert again.generations.last == -1
@@ -95,32 +95,32 @@ class TestColonies:
         """From the next update on; they count again when they are back."""
         telemetry.join(0, 1)
         for robot in (0, 1):
-            telemetry.tell(robot, born(agent(robot, 0)))
+            telemetry.events(robot, born(agent(robot, 0)))
         family = telemetry.view.colonies["blue"].family
 
         def shares() -> list[float]:
             return list(family.shares(status.robot for status in telemetry.view.alive).values())
 
         assert shares() == [0.5, 0.5]
-        telemetry.go(0)
-        telemetry.pass_s(0.5)
+        telemetry.offline(0)
+        telemetry.advance_s(0.5)
         assert [state.robot for state in telemetry.view.states("blue")] == [IDS[1]]
         assert shares() == [1.0]
-        telemetry.come(0)
-        telemetry.pass_s(0.5)
+        telemetry.online(0)
+        telemetry.advance_s(0.5)
         assert shares() == [0.5, 0.5]
 
     def test_implausible_events_are_not_counted(self, telemetry: FakeTelemetry) -> None:
         """Neither births nor lifetimes."""
         telemetry.join(0)
-        telemetry.tell(0, born("x/1", genes=[float("nan")]), lived("x/1", 2**60), lived("x" * 65))
+        telemetry.events(0, born("x/1", genes=[float("nan")]), lived("x/1", 2**60), lived("x" * 65))
         assert telemetry.view.pop_ended_generations(telemetry.at_s + 100.0) == []
         assert len(telemetry.view.colonies["blue"].family) == 0
 
     def test_a_generation_ended_when_its_lifetimes_ended(self, telemetry: FakeTelemetry) -> None:
         """Not when they were received."""
         telemetry.join(0, generation=1)
-        telemetry.tell(0, lived(agent(0, 0)), told_s=T - 500.0)
+        telemetry.events(0, lived(agent(0, 0)), told_s=T - 500.0)
         ((_, generation),) = telemetry.view.pop_ended_generations(telemetry.at_s + PATIENCE_S)
         assert generation.unix_s == T - 500.0
 
@@ -135,7 +135,7 @@ class TestTime:
         assert telemetry.view.period_s() is None
         telemetry.scene(tick=50, arena="b")
         telemetry.scene(tick=100, arena="a", period_s=0.1)
-        telemetry.pass_s(0.1)
+        telemetry.advance_s(0.1)
         assert telemetry.view.sim_s() == pytest.approx(10.0)
         assert telemetry.view.period_s() == 0.1
         assert [scene.arena for scene in telemetry.view.scenes()] == ["a", "b"]
@@ -157,11 +157,11 @@ class TestTime:
     def test_an_implausible_scene_is_ignored(self, telemetry: FakeTelemetry) -> None:
         """Until there is a plausible one."""
         telemetry.scene(width_m=0.0)
-        telemetry.pass_s(0.1)
+        telemetry.advance_s(0.1)
         assert telemetry.view.scenes() == []
         assert telemetry.view.sim_s() is None
         telemetry.scene()
-        telemetry.pass_s(0.1)
+        telemetry.advance_s(0.1)
         assert len(telemetry.view.scenes()) == 1
 
     def test_silent_offline_and_unknown_robots_are_stale(self, telemetry: FakeTelemetry) -> None:
@@ -170,7 +170,7 @@ class TestTime:
         status, said_s = telemetry.monitor.robots[IDS[0]], T
         assert not telemetry.view.is_stale(status, said_s + SILENT_AFTER_S)
         assert telemetry.view.is_stale(status, said_s + SILENT_AFTER_S + 0.1)
-        telemetry.go(0)
+        telemetry.offline(0)
         assert telemetry.view.is_stale(status, said_s)
         assert telemetry.view.is_stale(None, said_s)
 
@@ -195,7 +195,7 @@ def test_the_order_of_arrival_does_not_matter() -> None:
         telemetry = FakeTelemetry()
         telemetry.join(0, 1, generation=1)
         for robot, event in random.Random(seed).sample(events, len(events)):
-            telemetry.tell(robot, event)  # type: ignore[arg-type]
+            telemetry.events(robot, event)  # type: ignore[arg-type]
         ((_, generation),) = telemetry.view.pop_ended_generations(telemetry.at_s + PATIENCE_S)
         found.append((generation.agents, generation.matings, generation.conceptions))
         assert len(pairings(telemetry)) == 3
@@ -205,14 +205,14 @@ def test_the_order_of_arrival_does_not_matter() -> None:
 def test_robots_are_in_order_of_their_numbers(telemetry: FakeTelemetry) -> None:
     """Those without a state come last; the list is updated twice a second."""
     for robot in (2, 0, 1):
-        telemetry.come(robot)
+        telemetry.online(robot)
         if robot:
             telemetry.state(robot, number=robot)
-    telemetry.pass_s(0.0)
+    telemetry.advance_s(0.0)
     expected: list[RobotId] = [IDS[1], IDS[2], IDS[0]]
     assert [status.robot for status in telemetry.view.alive] == expected
-    telemetry.come(3)
-    telemetry.pass_s(0.1)
+    telemetry.online(3)
+    telemetry.advance_s(0.1)
     assert len(telemetry.view.alive) == 3
-    telemetry.pass_s(0.4)
+    telemetry.advance_s(0.4)
     assert len(telemetry.view.alive) == 4

@@ -18,8 +18,8 @@ class TestNames:
 
     def test_a_robot_is_named_by_its_number(self, telemetry: FakeTelemetry) -> None:
         """Before its number is known, by its id."""
-        telemetry.come(0)
-        telemetry.pass_s(0.5)
+        telemetry.online(0)
+        telemetry.advance_s(0.5)
         assert telemetry.view.name_of(IDS[0]) == IDS[0].hex()[:8]
         telemetry.join(0, number=12)
         assert telemetry.view.name_of(IDS[0]) == "#12"
@@ -38,7 +38,7 @@ class TestNames:
         """Numbers may repeat then."""
         telemetry.join(0, number=0)
         telemetry.join(1, number=0, colony="red")
-        telemetry.pass_s(0.5)
+        telemetry.advance_s(0.5)
         assert [telemetry.view.name_of(robot) for robot in IDS[:2]] == ["blue #0", "red #0"]
 
     @given(
@@ -50,11 +50,11 @@ class TestNames:
         """Whatever numbers they publish, in however many colonies."""
         telemetry = FakeTelemetry()
         for robot, (colony, number) in enumerate(robots):
-            telemetry.come(robot, colony=colony)
+            telemetry.online(robot, colony=colony)
             if number is not None:
                 telemetry.state(robot, colony=colony, number=number)
-        telemetry.pass_s(0.5)
-        telemetry.pass_s(0.5)
+        telemetry.advance_s(0.5)
+        telemetry.advance_s(0.5)
         names = [telemetry.view.name_of(robot) for robot in IDS[: len(robots)]]
         assert len(set(names)) == len(names)
 

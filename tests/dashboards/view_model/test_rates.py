@@ -26,7 +26,7 @@ class TestRates:
         for minute in range(4):
             telemetry.state(0, 1, matings=minute, captures=10 * minute)
             telemetry.view.update_rates(telemetry.at_s)
-            telemetry.pass_s(20.0)
+            telemetry.advance_s(20.0)
         assert rates(telemetry) == pytest.approx((3.0, 30.0))
         assert telemetry.view.colonies["blue"].rates.matings == 3.0
 
@@ -34,7 +34,7 @@ class TestRates:
         """A robot joins with all the matings of its past."""
         telemetry.join(0, matings=1_000, captures=7_000)
         telemetry.view.update_rates(telemetry.at_s)
-        telemetry.pass_s(30.0)
+        telemetry.advance_s(30.0)
         telemetry.join(1, matings=500, captures=100)
         telemetry.view.update_rates(telemetry.at_s)
         assert rates(telemetry) == (0.0, 0.0)
@@ -45,7 +45,7 @@ class TestRates:
         telemetry.view.update_rates(telemetry.at_s)
         telemetry.state(0, matings=50, captures=50)
         for _ in range(100):
-            telemetry.pass_s(1.0)
+            telemetry.advance_s(1.0)
             telemetry.view.update_rates(telemetry.at_s)
         assert rates(telemetry) == (0.0, 0.0)
         assert len(telemetry.view.colonies["blue"].rates.samples) <= 62
@@ -55,7 +55,7 @@ class TestRates:
         telemetry.join(0, matings=0, captures=0)
         for second in range(300):
             telemetry.state(0, matings=second, captures=7)
-            telemetry.pass_s(1.0)
+            telemetry.advance_s(1.0)
             telemetry.view.update_rates(telemetry.at_s)
             if second in (20, 100, 299):
                 assert rates(telemetry) == pytest.approx((60.0, 0.0), abs=60.0 / second)
@@ -66,7 +66,7 @@ class TestRates:
         for matings, captures in ((10, 10), (2, 3), (3, 3)):
             telemetry.view.update_rates(telemetry.at_s)
             telemetry.state(0, matings=matings, captures=captures)
-            telemetry.pass_s(1.0)
+            telemetry.advance_s(1.0)
         telemetry.view.update_rates(telemetry.at_s)
         colony = telemetry.view.colonies["blue"].rates
         assert (colony.matings, colony.captures) == (5.5, 10.0)
@@ -77,7 +77,7 @@ class TestRates:
         for minute in range(4):
             telemetry.scene((0, 0.0, 0.0), tick=300 * minute)
             telemetry.state(0, 1, arena="lab", matings=minute, captures=minute, tick=300 * minute)
-            telemetry.pass_s(6.0)
+            telemetry.advance_s(6.0)
             telemetry.view.update_rates(telemetry.at_s)
         assert rates(telemetry) == pytest.approx((1.0, 1.0))
 
@@ -86,15 +86,15 @@ class TestRates:
         telemetry.join(0, matings=0, captures=0)
         telemetry.scene((0, 0.0, 0.0), tick=10_000_000, arena="b")
         telemetry.view.update_rates(telemetry.at_s)
-        telemetry.pass_s(0.5)
+        telemetry.advance_s(0.5)
         telemetry.view.update_rates(telemetry.at_s)
         telemetry.scene((0, 0.0, 0.0), tick=900_000_000, arena="a")
-        telemetry.pass_s(0.5)
+        telemetry.advance_s(0.5)
         telemetry.view.update_rates(telemetry.at_s)
         assert rates(telemetry) is None
         telemetry.scene((0, 0.0, 0.0), tick=900_000_300, arena="a")
         telemetry.state(0, matings=2, captures=5)
-        telemetry.pass_s(0.5)
+        telemetry.advance_s(0.5)
         telemetry.view.update_rates(telemetry.at_s)
         assert rates(telemetry) == pytest.approx((2.0, 5.0))
 
@@ -107,5 +107,5 @@ class TestRates:
         for robot in range(40):
             telemetry.join(robot)
             telemetry.view.update_rates(telemetry.at_s)
-            telemetry.go(robot)
+            telemetry.offline(robot)
         assert len(telemetry.view._rate_counter._counted) <= 4

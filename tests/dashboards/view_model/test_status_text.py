@@ -27,24 +27,24 @@ def test_robots_online_and_offline_are_counted(telemetry: FakeTelemetry) -> None
     """A robot that has just joined is not offline before the next update."""
     telemetry.join(0)
     assert words(telemetry).startswith("### 1 robot online\n")
-    telemetry.come(1, 2)
+    telemetry.online(1, 2)
     assert words(telemetry).startswith("### 1 robot online\n")
-    telemetry.pass_s(0.5)
-    telemetry.go(2)
-    telemetry.pass_s(0.5)
+    telemetry.advance_s(0.5)
+    telemetry.offline(2)
+    telemetry.advance_s(0.5)
     assert words(telemetry).startswith("### 2 robots online, 1 offline\n")
 
 
 def test_an_arena_has_its_time_and_its_number_of_bodies(telemetry: FakeTelemetry) -> None:
     """Until it is offline; one without a plausible scene is left out."""
-    telemetry.on_event("online", ArenaKeys("lab").alive(7, "a"))
-    telemetry.on_event("online", ArenaKeys("implausible").alive(7, "a"))
+    telemetry.handle("online", ArenaKeys("lab").alive(7, "a"))
+    telemetry.handle("online", ArenaKeys("implausible").alive(7, "a"))
     telemetry.scene((0, 0.0, 0.0), (1, 0.5, 0.0), tick=18_305)
     telemetry.scene((0, 0.0, 0.0), arena="implausible", period_s=float("nan"))
-    telemetry.pass_s(0.5)
+    telemetry.advance_s(0.5)
     assert "- arena **lab**: time 1:01:01, 2 bodies" in words(telemetry)
     assert "implausible" not in words(telemetry)
-    telemetry.on_event("offline", ArenaKeys("lab").alive(7, "a"))
+    telemetry.handle("offline", ArenaKeys("lab").alive(7, "a"))
     assert "- arena **lab** is offline" in words(telemetry)
 
 
@@ -78,9 +78,9 @@ def test_rates_have_a_line_once_they_are_known(telemetry: FakeTelemetry) -> None
     telemetry.join(0, 1, matings=0, captures=0)
     telemetry.view.update_rates(telemetry.at_s)
     assert "minute" not in words(telemetry)
-    telemetry.pass_s(30.0)
+    telemetry.advance_s(30.0)
     telemetry.state(0, 1, matings=2, captures=3)
-    telemetry.pass_s(0.5)
+    telemetry.advance_s(0.5)
     telemetry.view.update_rates(telemetry.at_s)
     assert "- per robot and minute 3.93 matings, 5.90 batteries" in words(telemetry)
 

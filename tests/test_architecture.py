@@ -18,13 +18,65 @@ PRODUCT = (ROOT / "crcolony", ROOT / "dashboards/crcolony_dashboards")
 TESTS = {"crcolony": ROOT / "tests/crcolony", "crcolony_dashboards": ROOT / "tests/dashboards"}
 DOCUMENTS = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("dashboards/*.md")]
 
-TESTED_ELSEWHERE: dict[str, str] = {}
+TESTED_ELSEWHERE: dict[str, str] = {
+    # Values without logic: what they mean shows where they are used.
+    "crcolony/body/settings.py": "crcolony/test_config.py: settings are values, read and checked there",
+    "crcolony/robot/settings.py": "crcolony/test_config.py: settings are values, read and checked there",
+    "crcolony/world/settings.py": "crcolony/test_config.py: settings are values, read and checked there",
+    "crcolony/errors.py": "crcolony/test_cli.py: how the command line ends with each family of errors",
+    "crcolony/nodes/node_inputs.py": "crcolony/nodes/test_robot_node.py: values that a node is made of",
+    "crcolony/protocol/encounters.py": "crcolony/protocol/test_mating.py: the values that matings are made of",
+    "crcolony/telemetry/status_changes.py": "crcolony/telemetry/test_colony_monitor.py: values it returns",
+    "crcolony/transport/interface.py": "crcolony/transport/test_inbox.py: the events that it carries",
+    # Parts of the mating state machine, which is explored as a whole.
+    "crcolony/protocol/recent_contacts.py": "crcolony/protocol/test_mating.py: contacts and their time",
+    "crcolony/protocol/responder_marks.py": "crcolony/protocol/test_mating_recovery.py: stale proposals",
+    # A test itself, run against the simulated body.
+    "crcolony/body/contract_test.py": "crcolony/world/test_body_contract.py: it is a test, run there",
+    # The parts of a simulated colony, which must break each promise when they are told to.
+    **dict.fromkeys(
+        (
+            "crcolony/fault_simulation/fault_injector.py",
+            "crcolony/fault_simulation/faults.py",
+            "crcolony/fault_simulation/final_audit.py",
+            "crcolony/fault_simulation/invariants.py",
+            "crcolony/fault_simulation/simulated_arena.py",
+            "crcolony/fault_simulation/simulated_network.py",
+            "crcolony/fault_simulation/simulated_robot.py",
+            "crcolony/fault_simulation/simulated_store.py",
+        ),
+        "crcolony/fault_simulation/test_simulate.py: whole colonies, and sabotages that must be found",
+    ),
+    # Loops and entry points of processes: real processes show what they do.
+    "crcolony/runtime/arena_process.py": "system/test_kill.py: real arenas, killed and restarted",
+    "crcolony/runtime/hosted_robots.py": "crcolony/runtime/test_host_process.py: the robots of a host",
+    "crcolony/runtime/launch.py": "system/test_kill.py: a launch whose processes are killed",
+    "crcolony/runtime/networked_arena.py": "crcolony/runtime/test_host_process.py: the arena of a host",
+    "crcolony/runtime/robot_process.py": "system/test_kill.py: real robots, killed and restarted",
+    "crcolony/runtime/start_arena.py": "system/test_networks.py: arenas and routers of every network",
+    "crcolony/runtime/start_host.py": "system/test_networks.py: a host among other processes",
+    "crcolony/runtime/start_robot.py": "system/test_networks.py: robots of every network",
+    # Zenoh's side of the transport: real sessions, cables that are cut, hostile peers.
+    "crcolony/transport/zenoh_arena.py": "system/test_hostile_peers.py: an arena on Zenoh under attack",
+    "crcolony/transport/zenoh_robots.py": "system/test_partitions.py: robots on Zenoh, cut and healed",
+    "crcolony/transport/zenoh_samples.py": "system/test_hostile_peers.py: payloads of any size",
+    # Layouts of tabs, which say nothing of their own.
+    "crcolony_dashboards/tabs/arena_layout.py": "dashboards/tabs/test_arena.py: the tab as a whole",
+    "crcolony_dashboards/tabs/evolution_layout.py": "dashboards/tabs/test_evolution.py: the tab as a whole",
+    "crcolony_dashboards/tabs/generation_plots.py": "dashboards/tabs/test_evolution.py: the tab as a whole",
+}
 """Modules without a test file of their own: the test file, from `tests`, that tests them, and why, after a colon."""
 
 ABOUT_SEVERAL = [
     "tests/crcolony/learning/test_mountain_car.py",
+    "tests/crcolony/nodes/test_arena_node_world.py",
+    "tests/crcolony/protocol/test_mating_among_robots.py",
     "tests/crcolony/protocol/test_mating_explored.py",
+    "tests/crcolony/protocol/test_mating_recovery.py",
+    "tests/crcolony/protocol/test_protocol_document.py",
     "tests/crcolony/storage/test_power_cut.py",
+    "tests/crcolony/storage/test_store_against_model.py",
+    "tests/crcolony/world/test_body_contract.py",
 ]
 """Test files that show what several modules do together."""
 

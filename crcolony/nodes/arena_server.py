@@ -9,6 +9,7 @@ from crcolony.nodes.arena_node import ArenaNode
 from crcolony.protocol.body_messages import BodyDenied, Join, Leave, decode_action, decode_join
 from crcolony.protocol.codec import WireError, encode
 from crcolony.protocol.identity import RobotId
+from crcolony.protocol.token_set import TokenTable
 from crcolony.rate_limit import TokenBucket
 from crcolony.transport.interface import (
     ActionReceived,
@@ -43,8 +44,7 @@ class ArenaServer:
         self._line_limit = TokenBucket(_MAX_LINES_PER_S)
         self._reply_limit = TokenBucket(_MAX_REPLIES_PER_S)
         self._denied: dict[RobotId, None] = {}
-        self._sessions: dict[RobotId, set[str]] = {}
-        """Sessions in which each robot is online"""
+        self._online = TokenTable()
 
     def handle_event(self, now_s: float, event: InboundEvent) -> None:
         """Handle an inbound event."""
@@ -58,14 +58,11 @@ class ArenaServer:
                 self._handle_join_query(now_s, payload, reply)
             case QueryReceived(topic="metadata", payload=payload, reply=reply):
                 self._reply_metadata(now_s, payload, reply)
-            case RobotOnline(robot=robot, session=session):
-                self._sessions.setdefault(robot, set()).add(session)
+            case RobotOnline(robot=robot, incarnation=incarnation, session=session):
+                self._online.add(robot, (incarnation, session))
                 self._node.mark_online(robot)
-            case RobotOffline(robot=robot, session=session):
-                sessions = self._sessions.get(robot, set())
-                sessions.discard(session)
-                if not sessions:
-                    self._sessions.pop(robot, None)
+            case RobotOffline(robot=robot, incarnation=incarnation, session=session):
+                if self._online.remove(robot, (incarnation, session)):
                     self._node.mark_offline(robot, now_s)
 
     def remove_absent(self, now_s: float) -> None:
@@ -116,7 +113,7 @@ class ArenaServer:
                 if len(self._denied) > _MAX_DENIED:
                     self._denied.clear()
             return
-        if robot not in self._sessions:
+        if robot not in self._online:
             node.mark_offline(robot, now_s)  # until its liveliness token arrives
         if is_new:
             self._print_limited(now_s, f"{name} gets slot {node.robots[robot]}")

@@ -158,9 +158,8 @@ class EmbodiedRobot:
 
     def _request_body(self, now_s: float) -> None:
         self._join_due_s = now_s + _JOIN_RETRY_S
-        if (
-            not self.node.peers.has_duplicate
-        ):  # the body belongs to the process that was online first
+        # A duplicate's body belongs to the process that was online first.
+        if not self.node.peers.has_duplicate:
             join = Join(self.node.id, self.node.colony, self._options.wanted_slot)
             self._transport.request_body(self.node.id, encode(join))
 
@@ -279,9 +278,6 @@ class EmbodiedRobot:
             return
         self.report_fault(f"{reason}: reconnecting")
         self._process.reconnect()
-        for (
-            peer,
-            incarnation,
-            session,
-        ) in self.node.peers.sessions():  # the new session has no peers yet
-            self.handle_event(now_s, RobotOffline(peer, incarnation, session))
+        for peer in self.node.handle_reconnection(now_s):
+            self._links.handle_offline(now_s, peer)
+        self._act_if_settled()

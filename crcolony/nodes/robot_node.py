@@ -180,15 +180,22 @@ class RobotNode:
         self, now_s: float, peer: RobotId, incarnation: int, session: str
     ) -> None:
         """Handle a robot's liveliness token that has appeared."""
-        if self.peers.add(now_s, peer, incarnation, session):
+        if self.peers.add(now_s, peer, (incarnation, session)):
             self._mating.handle_peer_online(now_s, peer)
 
     def handle_peer_offline(
         self, now_s: float, peer: RobotId, incarnation: int, session: str
     ) -> None:
         """Handle a robot's liveliness token that has gone."""
-        if self.peers.remove(peer, incarnation, session):
+        if self.peers.remove(peer, (incarnation, session)):
             self._mating.handle_peer_offline(now_s, peer)
+
+    def handle_reconnection(self, now_s: float) -> list[RobotId]:
+        """Handle that a new session, without peers yet, was opened; return the peers that were online."""
+        peers = self.peers.clear()
+        for peer in peers:
+            self._mating.handle_peer_offline(now_s, peer)
+        return peers
 
     # Mating (MatingCallbacks) ----------------------------------------------------------------------------------
 

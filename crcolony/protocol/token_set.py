@@ -1,6 +1,8 @@
-"""The liveliness tokens of one robot or arena: it is online as long as one of them is on the network."""
+"""The liveliness tokens of robots and arenas: a robot is online as long as one of its tokens is on the network."""
 
 from collections.abc import Iterator
+
+from crcolony.protocol.identity import RobotId
 
 Token = tuple[int, str]
 """Incarnation of a robot (of an arena: its run), and the session of the process that declared the token"""
@@ -44,3 +46,31 @@ class TokenSet:
 
     def __iter__(self) -> Iterator[Token]:
         return iter(self._tokens)
+
+
+class TokenTable:
+    """The robots that are online, each with its tokens."""
+
+    def __init__(self) -> None:
+        self._robots: dict[RobotId, TokenSet] = {}
+
+    def add(self, robot: RobotId, token: Token) -> bool:
+        """Add a token that was declared; return whether the robot was offline and now is online."""
+        return self._robots.setdefault(robot, TokenSet()).add(token)
+
+    def remove(self, robot: RobotId, token: Token) -> bool:
+        """Remove a token that was undeclared; return whether the robot was online and now is offline."""
+        tokens = self._robots.get(robot)
+        if tokens is None or not tokens.remove(token):
+            return False
+        del self._robots[robot]
+        return True
+
+    def __contains__(self, robot: RobotId) -> bool:
+        return robot in self._robots
+
+    def __len__(self) -> int:
+        return len(self._robots)
+
+    def __iter__(self) -> Iterator[RobotId]:
+        return iter(self._robots)

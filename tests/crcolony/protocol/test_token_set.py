@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crcolony.protocol.token_set import MAX_TOKENS, TokenSet
+from crcolony.protocol.token_set import MAX_TOKENS, TokenSet, TokenTable
 
 tokens = st.tuples(st.integers(0, 2), st.sampled_from("ab"))
 
@@ -46,3 +46,19 @@ def test_tokens_beyond_the_limit_are_ignored() -> None:
     present.remove((0, "a"))
     present.add((MAX_TOKENS, "a"))
     assert (MAX_TOKENS, "a") in present
+
+
+def test_a_table_has_the_robots_that_are_online() -> None:
+    """Each from its first token to its last, whatever the others do."""
+    table = TokenTable()
+    one, other = bytes(16), bytes([1]) * 16
+    assert table.add(one, (1, "a"))
+    assert not table.add(one, (2, "b"))
+    assert table.add(other, (1, "a"))
+    assert list(table) == [one, other]
+    assert not table.remove(one, (1, "a"))
+    assert not table.remove(one, (3, "c"))
+    assert table.remove(one, (2, "b"))
+    assert not table.remove(one, (2, "b"))
+    assert one not in table
+    assert len(table) == 1

@@ -74,6 +74,12 @@ class Schema:
         return _frozen([gene.high for gene in self.genes])
 
     @cached_property
+    def _finite_range(self) -> tuple[FloatArray, FloatArray]:
+        """The lowest and highest finite value of every gene, shape (genes,) each."""
+        limits = np.finfo(np.float64)
+        return np.maximum(self.lows, limits.min), np.minimum(self.highs, limits.max)
+
+    @cached_property
     def mutation_sds(self) -> FloatArray:
         """Standard deviation of a mutation of every gene, shape (genes,)."""
         return _frozen([gene.mutation_sd for gene in self.genes])
@@ -107,9 +113,10 @@ class Schema:
         range."""
         if genes.shape != (len(self),):
             raise GenotypeError(f"expected {len(self)} genes, got shape {genes.shape}")
-        wrong = ~((genes >= self.lows) & (genes <= self.highs) & np.isfinite(genes))
-        if wrong.any():
-            index = int(np.argmax(wrong))
+        lows, highs = self._finite_range
+        valid = (genes >= lows) & (genes <= highs)
+        if not valid.all():
+            index = int(np.argmin(valid))
             gene = self.genes[index]
             raise GenotypeError(
                 f"gene {gene.name}: {genes[index]} is not within {gene.low} to {gene.high}"

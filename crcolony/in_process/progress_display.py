@@ -28,7 +28,7 @@ _SPEED_POINTS = 12
 
 def run_in_terminal(results: RunFolder, colony: InProcessColony, minutes: float | None) -> int:
     """Run a colony and show its progress until it is finished, Ctrl-C, or the time is over; return the exit code."""
-    console = Console()
+    console = Console(markup=False, highlight=False)
     stop = ShutdownSignal(minutes)
     display = ProgressDisplay(colony)
     config = colony.config
@@ -36,7 +36,6 @@ def run_in_terminal(results: RunFolder, colony: InProcessColony, minutes: float 
     console.print(
         f"{config.robots} robots, {length}, {config.selection} selection, seed {config.seed},"
         f" into {results.folder}",
-        highlight=False,
         soft_wrap=True,
     )
     try:
@@ -58,17 +57,16 @@ def _print_end(
     if colony.generation > 0:
         try:
             draw_plots(results.folder)
-            console.print(f"plots: {results.folder / 'plots'}", highlight=False)
+            console.print(f"plots: {results.folder / 'plots'}", soft_wrap=True)
         except PlotError as error:
-            console.print(str(error), highlight=False)
+            console.print(str(error), soft_wrap=True)
     if not is_over:
         console.print(
             f"stopped in generation {colony.generation};"
             f" resume with: {_command()} evolve --resume --out {results.folder}",
-            highlight=False,
             soft_wrap=True,
         )
-    console.print(f"history hash: {results.hash}", highlight=False)
+    console.print(f"history hash: {results.hash}")
     sys.stdout.flush()
 
 

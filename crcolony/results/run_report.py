@@ -28,14 +28,14 @@ def print_run_report(console: Console, folder: Path, config: Config) -> None:
     try:
         merged = merge_robot_files(robot_files_of_run(folder))
     except StorageError as error:
-        console.print(f"no report: {error}", highlight=False, soft_wrap=True)
+        console.print(f"no report: {error}", soft_wrap=True)
         return
     genes = [gene.name for gene in agent_schema(config.learning, config.heredity).genes]
     rows = list(summarise_events(merged.events, genes))
     for line in [*_format_matings(merged), *_format_evolution(rows)]:
-        console.print(line, highlight=False, soft_wrap=True)
+        console.print(line, soft_wrap=True)
     _write(console, folder, merged, rows)
-    console.print(f"history hash: {merged.hash}", highlight=False, soft_wrap=True)
+    console.print(f"history hash: {merged.hash}", soft_wrap=True)
 
 
 def _format_matings(merged: MergedHistory) -> list[str]:
@@ -101,13 +101,12 @@ def _write(
         if rows:
             write_table(folder / GENERATION_TABLE, rows)
             draw_plots(folder)
-            console.print(f"plots: {folder / 'plots'}", highlight=False, soft_wrap=True)
+            console.print(f"plots: {folder / 'plots'}", soft_wrap=True)
     except OSError as error:
-        console.print(f"{folder}: {error.strerror}", highlight=False, soft_wrap=True)
+        console.print(f"{folder}: {error.strerror}", soft_wrap=True)
     except (PlotError, FolderError) as error:
-        console.print(str(error), highlight=False, soft_wrap=True)
+        console.print(str(error), soft_wrap=True)
     console.print(
         f"results: {folder}; files of robots: {folder}/robots/*/{ROBOT_FILE} (crcolony inspect)",
-        highlight=False,
         soft_wrap=True,
     )

@@ -44,7 +44,7 @@ def run_launch(launch: LaunchOptions) -> int:
 
     Raises CrcolonyError for wrong input.
     """
-    console = Console()
+    console = Console(markup=False, highlight=False)
     _prepare(launch)
     networks = choose_networks(launch)
     children = child_processes(launch, networks)
@@ -55,7 +55,7 @@ def run_launch(launch: LaunchOptions) -> int:
         stop = ShutdownSignal(launch.minutes, wake=wake.set)
         signal.signal(signal.SIGHUP, lambda *_: os.kill(os.getpid(), signal.SIGTERM))
         _supervise(console, children, TelemetrySubscriber(session, launch.colony), stop, wake)
-    console.print(f"stopped after {time.monotonic() - started_s:.0f} s", highlight=False)
+    console.print(f"stopped after {time.monotonic() - started_s:.0f} s")
     print_run_report(console, launch.folder, launch.config)
     needed = [child for child in children if not child.is_observer]
     return EXIT_OK if not any(child.ended not in ("", "done") for child in needed) else 1
@@ -81,18 +81,17 @@ def _supervise(
             for child in children:
                 line = child.restart_if_dead(now_s) or _new_address(child, addresses)
                 if line:
-                    console.print(line, highlight=False, soft_wrap=True)
+                    console.print(line, soft_wrap=True)
             if not is_discovered and _are_all_online(subscriber, len(robots)):
                 is_discovered = True
                 console.print(
                     f"{len(robots)} robots are connected after {now_s - started_s:.1f} s",
-                    highlight=False,
                 )
             if live is not None:
                 live.update(table_of(subscriber.monitor, time.time()))
             elif now_s - status_s >= _STATUS_PERIOD_S:
                 status_s = now_s
-                console.print(plain_line(subscriber.monitor), highlight=False, soft_wrap=True)
+                console.print(plain_line(subscriber.monitor), soft_wrap=True)
 
 
 def _new_address(child: ChildProcess, printed: set[str]) -> str | None:
@@ -177,13 +176,11 @@ def _print_start(console: Console, launch: LaunchOptions, endpoint: str) -> None
     what = f"{launch.count} robots" + (
         f" for arena {launch.arena}" if launch.robots_only else f" and an arena, {clock}"
     )
-    console.print(
-        f"{what}, each its own process, into {launch.folder}", highlight=False, soft_wrap=True
-    )
+    console.print(f"{what}, each its own process, into {launch.folder}", soft_wrap=True)
     where = "" if endpoint == HERE else f" --connect {endpoint}"
     if endpoint.startswith("--"):
         where = f" {endpoint}"
     hint = f"watch it with: crcolony top{where}"
     if not launch.has_dashboard:
         hint += f", or in a browser: crcolony dashboard --web{where}"
-    console.print(hint, highlight=False, soft_wrap=True)
+    console.print(hint, soft_wrap=True)

@@ -94,7 +94,7 @@ def run_host(options: HostOptions) -> None:
             process.run(stop, options.wall_period_s)
         finally:
             process.stop()
-    print_run_report(Console(), folder, config)
+    print_run_report(Console(markup=False, highlight=False), folder, config)
 
 
 def _load_identity(folder: Path) -> Identity:

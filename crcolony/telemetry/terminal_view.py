@@ -8,6 +8,7 @@ from typing import Any
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
+from rich.text import Text
 
 from crcolony.protocol.telemetry_messages import SILENT_AFTER_S
 from crcolony.shutdown import ShutdownSignal
@@ -30,7 +31,7 @@ _TABLE_WIDTH = 110
 
 def run_top(network: NetworkSettings, colony: str, seconds: float | None) -> int:
     """Show the colony until Ctrl-C or for some seconds; where the output is no terminal, print a line every 5 s."""
-    console = Console()
+    console = Console(markup=False, highlight=False)
     woken = threading.Event()
     stop = ShutdownSignal(seconds / 60.0 if seconds else None, wake=woken.set)
     with open_session(network) as session:
@@ -45,7 +46,7 @@ def run_top(network: NetworkSettings, colony: str, seconds: float | None) -> int
             while not stop():
                 woken.wait(min(_PLAIN_LINES_S, seconds or _PLAIN_LINES_S))
                 subscriber.poll()
-                console.print(plain_line(subscriber.monitor), highlight=False, soft_wrap=True)
+                console.print(plain_line(subscriber.monitor), soft_wrap=True)
     return 0
 
 
@@ -75,17 +76,19 @@ def headline(monitor: ColonyMonitor) -> str:
     return f"{len(monitor.alive)} robots alive   " + ("   ".join(arenas) or "no arena online")
 
 
-def _row(status: RobotStatus, unix_s: float) -> list[str]:
+def _row(status: RobotStatus, unix_s: float) -> list[str | Text]:
     state, name = status.state, status.robot.hex()[:8]
     if state is None:
         return [name, "alive" if status.is_alive else "offline"]
     age_s = unix_s - status.updated_s
     presence = "offline" if not status.is_alive else "silent" if age_s > SILENT_AFTER_S else "alive"
-    style = {"offline": "[dim red]", "silent": "[yellow]", "alive": "[green]"}[presence]
+    style = {"offline": "dim red", "silent": "yellow", "alive": "green"}[presence]
     bar = "█" * round(8 * state.energy)
     return [
         f"{name} #{state.number}",
-        f"{style}{presence}[/]" + (f" ({status.restarts} restarts)" if status.restarts else ""),
+        Text.assemble(
+            (presence, style), f" ({status.restarts} restarts)" if status.restarts else ""
+        ),
         f"{bar:░<8} {state.energy:.2f}",
         {0: "foraging", 1: "mating"}.get(state.module, "-") if state.arena else "no body",
         str(state.generation),
@@ -129,7 +132,7 @@ def run_status(network: NetworkSettings, colony: str, seconds: float, as_json: b
         if as_json:
             print(json.dumps(as_dict(subscriber.monitor, time.time()), indent=2))
         else:
-            console = Console()
+            console = Console(markup=False, highlight=False)
             console.width = max(console.width, _TABLE_WIDTH)
             console.print(table_of(subscriber.monitor, time.time()))
 

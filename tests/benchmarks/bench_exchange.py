@@ -42,7 +42,7 @@ def own_genes(identity: Identity) -> bytes:
 
 
 def read(envelope: bytes) -> MatingMessage:
-    """Open a letter as a robot that waits for it does; raises WireError."""
+    """Open an envelope as the robot that waits for it does; raises WireError."""
     sealed, message = open_envelope(envelope)
     if not has_valid_signature(sealed, COLONY):
         raise WireError("forged")
@@ -60,7 +60,7 @@ def respond(connection: Connection, network: NetworkSettings) -> None:
     """Accept every proposal; echo what is bare."""
     genes = own_genes(PEER)
     with Wire(network, "bench/to") as wire:
-        wire.until_heard("bench/back")
+        wire.wait_for_subscriber("bench/back")
         connection.send("ready")
         while True:
             data = wire.get()
@@ -89,7 +89,7 @@ def main() -> None:
         child(respond, NetworkSettings(connect=(endpoint,))) as ready,
     ):
         assert ready.recv() == "ready"
-        wire.until_heard("bench/to")
+        wire.wait_for_subscriber("bench/to")
         size = len(propose(1, genes))
 
         def answer() -> bytes:

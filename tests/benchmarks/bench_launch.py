@@ -1,7 +1,7 @@
 """How long a user waits from `crcolony launch -n 4` until all robots see each other, and until the first mating.
 
-Run with `make bench`, or `python -m tests.benchmarks.bench_launch`. Compiled code is cached. What is measured is told
-by the robots themselves: states in which each says how many peers it sees, twice a second, and their events.
+Run with `make bench`, or `python -m tests.benchmarks.bench_launch`. Compiled code is cached. What is measured is
+published by the robots: their states, which count the peers that they see, twice a second, and their events.
 """
 
 import contextlib

@@ -47,7 +47,7 @@ def answer(connection: Connection, network: NetworkSettings, number: int) -> Non
 
         key = f"bench/ask/{number}"
         with wire.session.declare_queryable(key, Callback(reply, indirect=False)):
-            wire.until_heard("bench/action")
+            wire.wait_for_subscriber("bench/action")
             connection.send("ready")
             while True:
                 if wire.get():
@@ -62,7 +62,7 @@ def bare(endpoint: str) -> tuple[float, float]:
         robots = [opened.enter_context(child(answer, network, k)) for k in range(ROBOTS)]
         assert [robot.recv() for robot in robots] == ["ready"] * ROBOTS
         for number in range(ROBOTS):
-            wire.until_heard(f"bench/observation/{number}")
+            wire.wait_for_subscriber(f"bench/observation/{number}")
 
         def by_puts() -> None:
             for number in range(ROBOTS):

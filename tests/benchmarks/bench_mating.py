@@ -3,7 +3,7 @@
 Run with `make bench`, or `python -m tests.benchmarks.bench_mating`. The baseline is what the protocol cannot do
 without, of the same sizes, measured in turns with the matings: two bare Zenoh round trips, and three bare durable
 commits of SQLite (prepare and decide at the one that answers, decide at the one that proposes). What signatures cost is
-told beside it: three letters are signed and verified until both have decided.
+printed beside it: three messages are signed and verified until both have decided.
 """
 
 import contextlib
@@ -37,12 +37,12 @@ from tests.benchmarks.processes import ARENA, COLONY, Wire, child, here
 
 TURNS = 300
 NAMES = 300
-"""Bytes of an encounter that are neither letter nor genes."""
+"""Bytes of an encounter that are neither message nor genes."""
 TARGET = 1.5
 
 
 class Partner:
-    """A robot of the product, whose contacts are told by the benchmark."""
+    """A robot of the product, whose contacts the benchmark reports."""
 
     def __init__(self, identity: Identity, network: NetworkSettings, folder: Path) -> None:
         config = Config()
@@ -76,11 +76,11 @@ class Partner:
         """Wait until a mating is decided and nothing is open any more; return when it was decided."""
         self.decided_s = 0.0
         while not self.decided_s or self.node.waiting:
-            self.take()
+            self.handle_next()
         return self.decided_s
 
-    def take(self) -> None:
-        """Wait for one arrival, and see to it."""
+    def handle_next(self) -> None:
+        """Wait for one event and handle it."""
         event = self.inbox.get(min(0.5, max(0.0, self.node.next_s - time.monotonic())))
         if isinstance(event, EnvelopeReceived):
             self.node.handle_envelope(time.monotonic(), event.envelope)
@@ -94,13 +94,13 @@ class Partner:
 def live(
     connection: Connection, seed: bytes, peer: bytes, network: NetworkSettings, folder: Path
 ) -> None:
-    """Mate as often as told; answer when each mating was asked for and decided."""
+    """Mate whenever the connection asks; answer with the times of the contact and of the decision."""
     partner = Partner(Identity(seed), network, folder)
     partner.node.start(time.monotonic())
     partner.transport.add_robot(partner.node.id, partner.node.incarnation)
     try:
         while peer not in partner.node.peers:
-            partner.take()
+            partner.handle_next()
         connection.send("ready")
         while True:
             nonce: int = connection.recv()
@@ -119,7 +119,7 @@ def live(
 def matings_between(
     opened: contextlib.ExitStack, endpoint: str, folder: Path
 ) -> Callable[[], float]:
-    """Return what lets two robots mate once, and tells how long that took."""
+    """Return a function that lets two robots mate once and returns how long that took, in seconds."""
     seeds = sorted((bytes([k]) * 32 for k in (1, 2)), key=lambda seed: Identity(seed).id)
     ids = [Identity(seed).id for seed in seeds]
     networks = NetworkSettings(listen=(endpoint,)), NetworkSettings(connect=(endpoint,))
@@ -150,7 +150,7 @@ def matings_between(
 def echo(connection: Connection, network: NetworkSettings, sizes: list[int]) -> None:
     """Answer every message with one of the size that the protocol answers with."""
     with Wire(network, "bench/to") as wire:
-        wire.until_heard("bench/back")
+        wire.wait_for_subscriber("bench/back")
         connection.send("ready")
         number = 0
         while True:
@@ -162,12 +162,12 @@ def echo(connection: Connection, network: NetworkSettings, sizes: list[int]) -> 
 def round_trips_between(
     opened: contextlib.ExitStack, endpoint: str, envelopes: list[bytes]
 ) -> Callable[[], float]:
-    """Return what makes the two bare round trips of a mating, and tells how long they took."""
+    """Return a function that makes the two bare round trips of a mating and returns how long they took, in seconds."""
     propose, accept, commit, done = map(len, envelopes)
     wire = opened.enter_context(Wire(NetworkSettings(listen=(endpoint,)), "bench/back"))
     ready = opened.enter_context(child(echo, NetworkSettings(connect=(endpoint,)), [accept, done]))
     assert ready.recv() == "ready"
-    wire.until_heard("bench/to")
+    wire.wait_for_subscriber("bench/to")
 
     def travel() -> float:
         start = time.perf_counter()
@@ -183,7 +183,7 @@ def round_trips_between(
 def commits_into(
     opened: contextlib.ExitStack, folder: Path, sizes: list[int]
 ) -> Callable[[], float]:
-    """Return what makes bare durable commits of these sizes, and tells how long they took."""
+    """Return a function that makes bare durable commits of these sizes and returns how long they took, in seconds."""
     database = sqlite3.connect(folder / "bare", isolation_level=None)
     opened.callback(database.close)
     database.execute("PRAGMA journal_mode = WAL")
@@ -200,7 +200,7 @@ def commits_into(
 
 
 def signatures_of(sealed: list[bytes]) -> Callable[[], float]:
-    """Return what signs and verifies the letters until both have decided, and tells how long that took."""
+    """Return a function that signs and verifies the messages of a mating and returns how long that took, in seconds."""
     me = Identity(bytes(32))
     contents = [open_envelope(envelope)[0].content for envelope in sealed[:3]]
 
@@ -214,7 +214,7 @@ def signatures_of(sealed: list[bytes]) -> Callable[[], float]:
 
 
 def envelopes() -> list[bytes]:
-    """Return letters of a mating as long as the product's."""
+    """Return the envelopes of a mating, as long as the product's."""
     me, peer = Identity(bytes(32)), Identity(bytes([1]) * 32)
     _, _, (robot,) = make_robots(Config(), [me.id.hex()], own_streams([me.id]))
     robot.start()

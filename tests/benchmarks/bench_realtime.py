@@ -1,7 +1,7 @@
 """How many robot processes this machine carries at 10 Hz, and what each of them costs.
 
 Run with `make bench`, or `python -m tests.benchmarks.bench_realtime`. A robot is carried if the 99th percentile of its
-control periods, from action to action as anybody on the network sees them, is within 10 % of the nominal 100 ms.
+control periods, from action to action as any subscriber receives them, is within 10 % of the nominal 100 ms.
 """
 
 import subprocess
@@ -21,17 +21,17 @@ from crcolony.protocol.key_expressions import ArenaKeys
 from crcolony.transport.zenoh_session import NetworkSettings, open_session
 from tests.benchmarks.processes import ARENA, COLONY, here, start, stop
 
-CROWDS = (8, 16, 24, 32)
+COLONY_SIZES = (8, 16, 24, 32)
 HZ, TARGET, TOLERANCE = 10.0, 16, 0.10
 MEASURED_S, SETTLED_S, PATIENCE_S = 6.0, 1.5, 15.0
 MIB = 2**20
 PARTS = {
     "python with numpy": "import numpy",
-    "the control step and all that is imported": "from crcolony.runtime.start_robot import *;"
-    "from crcolony.config import *; config = Config(); warm_up(config)",
+    "the control step and all that is imported": "from pathlib import Path;"
+    "from crcolony.runtime.start_robot import *; config = Config(); warm_up(config)",
     "a robot's weights": "robot = make_robots(config, ['0'], numbered_streams(0, 0, 1))",
-    "sqlite": "memory = Store(Path(FOLDER) / 'memory', bytes(16), bytes(16)); memory.begin_incarnation(1)",
-    "zenoh": "session = open_session(Network(listen=('tcp/127.0.0.1:0',)))",
+    "sqlite": "store = RobotStore(Path(FOLDER) / 'file', bytes(16), bytes(16)); store.begin_incarnation(1)",
+    "zenoh": "session = open_session(NetworkSettings(listen=('tcp/127.0.0.1:0',)))",
 }
 
 
@@ -41,14 +41,14 @@ class Periods:
     def __init__(self, session: zenoh.Session) -> None:
         self.times: defaultdict[str, list[float]] = defaultdict(list)
         self._subscriber = session.declare_subscriber(
-            ArenaKeys(ARENA).all_actions, Callback(self._take, indirect=False)
+            ArenaKeys(ARENA).all_actions, Callback(self._on_action, indirect=False)
         )
 
-    def _take(self, sample: zenoh.Sample) -> None:
+    def _on_action(self, sample: zenoh.Sample) -> None:
         self.times[str(sample.key_expr)].append(time.perf_counter())
 
     def wait_for(self, robots: int) -> bool:
-        """Wait until so many robots act; tell whether they do."""
+        """Wait until so many robots act; return whether they do."""
         until_s = time.monotonic() + PATIENCE_S
         while len(self.times) < robots and time.monotonic() < until_s:
             time.sleep(0.1)
@@ -69,22 +69,22 @@ def cpu_s(robots: Sequence[subprocess.Popen[bytes]]) -> float:
 
 
 def carried(folder: Path) -> int:
-    """Add robots, crowd by crowd; return the largest crowd that was carried."""
+    """Add robots in steps; return the largest number that was carried."""
     endpoint, most = here(), 0
-    clock = ["--hz", f"{HZ:g}", "--robots", str(CROWDS[-1])]
+    clock = ["--hz", f"{HZ:g}", "--robots", str(COLONY_SIZES[-1])]
     arena = start(folder / "arena.log", ["arena", "--arena", ARENA, *clock, "--listen", endpoint])
     robots: list[subprocess.Popen[bytes]] = []
     try:
         with open_session(NetworkSettings(connect=(endpoint,))) as session:
             periods = Periods(session)
-            for crowd in CROWDS:
-                for number in range(len(robots), crowd):
+            for size in COLONY_SIZES:
+                for number in range(len(robots), size):
                     robots.append(start(folder / f"{number}.log", robot(folder, number, endpoint)))
-                if not periods.wait_for(crowd):
-                    print(f"{crowd} robots: not all alive after {PATIENCE_S:.0f} s")
+                if not periods.wait_for(size):
+                    print(f"{size} robots: not all alive after {PATIENCE_S:.0f} s")
                     break
                 if report(robots, periods) <= TOLERANCE:
-                    most = crowd
+                    most = size
     finally:
         stop(robots)
         stop([arena])
@@ -92,7 +92,7 @@ def carried(folder: Path) -> int:
 
 
 def report(robots: Sequence[subprocess.Popen[bytes]], periods: Periods) -> float:
-    """Say what so many robots cost; return how far their periods deviate (99th percentile)."""
+    """Print what so many robots cost; return how far their periods deviate (99th percentile)."""
     before_s, at_s = cpu_s(robots), time.monotonic()
     deviation = periods.measure()
     share = (cpu_s(robots) - before_s) / (time.monotonic() - at_s)
@@ -112,13 +112,11 @@ def robot(folder: Path, number: int, endpoint: str) -> list[str]:
 
 
 def made_of(folder: Path) -> str:
-    """Tell what a robot's memory is made of: what each part adds to the RSS of one process."""
+    """Return what a robot's memory is made of: what each part adds to the RSS of one process."""
     lines = [f"FOLDER = {str(folder)!r}", "import os, re"]
     show = "print(re.search(r'Rss: +(\\d+)', open('/proc/self/smaps_rollup').read())[1])"
     for code in PARTS.values():
         lines += [code, show]
-    imports = "from crcolony.robot.factory import *; from crcolony.transport.zenoh_session import *"
-    lines.insert(4, imports)
     out = subprocess.run(
         [sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=True
     ).stdout

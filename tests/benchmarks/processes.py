@@ -75,18 +75,18 @@ def here() -> str:
 
 
 class Wire:
-    """Bare Zenoh between processes: what arrives on the keys it hears waits in a queue, as in the product."""
+    """Bare Zenoh between processes: what arrives on the keys it subscribes to waits in a queue, as in the product."""
 
-    def __init__(self, network: NetworkSettings, *sample: str) -> None:
+    def __init__(self, network: NetworkSettings, *keys: str) -> None:
         self.session = open_session(network)
         self.queue: SimpleQueue[bytes] = SimpleQueue()
         self._publishers: dict[str, zenoh.Publisher] = {}
         self._subscribers = [
-            self.session.declare_subscriber(key, Callback(self._take, indirect=False))
-            for key in sample
+            self.session.declare_subscriber(key, Callback(self._on_sample, indirect=False))
+            for key in keys
         ]
 
-    def _take(self, sample: zenoh.Sample) -> None:
+    def _on_sample(self, sample: zenoh.Sample) -> None:
         self.queue.put(sample.payload.to_bytes())
 
     def put(self, key: str, data: bytes) -> None:
@@ -104,15 +104,17 @@ class Wire:
         except Empty:
             raise AssertionError("nothing arrived") from None
 
-    def until_heard(self, key: str) -> None:
-        """Wait until somebody hears what is published there."""
+    def wait_for_subscriber(self, key: str) -> None:
+        """Wait until there is a subscriber of a key."""
         self.put(key, b"")
         publisher: Any = self._publishers[key]
-        sample = threading.Event()
+        matching = threading.Event()
         listener = publisher.declare_matching_listener(
-            Callback(lambda status: sample.set() if status.matching else None, indirect=False)
+            Callback(lambda status: matching.set() if status.matching else None, indirect=False)
         )
-        assert publisher.matching_status.matching or sample.wait(_PATIENCE_S), f"{key}: unheard"
+        assert publisher.matching_status.matching or matching.wait(_PATIENCE_S), (
+            f"{key}: no subscriber"
+        )
         listener.undeclare()
 
     def close(self) -> None:

@@ -24,7 +24,7 @@ from tests.support.fake_telemetry import T
 
 Rows = list[dict[str, Any]]
 pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")
-"""A film has none before it is put in order (`recordings.py`)"""
+"""A recording has none before it is put in order."""
 
 
 def blueprint() -> rrb.Blueprint:

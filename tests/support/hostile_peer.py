@@ -132,9 +132,9 @@ def stale(peer: Hostile) -> Callable[[], None]:
 
 def flood(peer: Hostile) -> Callable[[], None]:
     """Proposals of thousands of made-up robots, validly signed, among replays."""
-    crowd = [Identity(peer.chance.randbytes(32)) for _ in range(MADE_UP)]
+    identities = [Identity(peer.chance.randbytes(32)) for _ in range(MADE_UP)]
     envelopes = []
-    for identity in crowd:
+    for identity in identities:
         robot = peer.victim()
         proposal = peer.proposal(identity.id, robot, peer.genes().tobytes())
         envelopes.append((robot, sign_message(proposal, COLONY, identity)))

@@ -25,7 +25,7 @@ from crcolony.protocol.telemetry_messages import (
 from crcolony.robot.genes import agent_schema
 from crcolony.transport.zenoh_session import NetworkSettings, open_session
 
-COLONY, ARENA = "crowd", "crowd"
+COLONY, ARENA = "synthetic", "synthetic"
 HZ, STATES_PER_S = 10.0, 2.0
 AREA_M2, AGENTS = 1.21, 20
 MATINGS_PER_ROBOT_S = 0.02
@@ -35,7 +35,7 @@ JUMP, SENT = b"jump", b"sent"
 been published."""
 
 
-class Crowd:
+class SyntheticColony:
     """Robots that move at random in a square, and publish at the rates of real ones."""
 
     def __init__(self, session: zenoh.Session, count: int) -> None:
@@ -130,25 +130,25 @@ class Crowd:
 
 
 def live(connection: Connection, count: int, endpoint: str, walks: bool = True) -> None:
-    """Run a crowd until killed; one that does not walk stands still, and jumps on command."""
+    """Run a synthetic colony until killed; one that does not walk stands still, and jumps on command."""
     with open_session(NetworkSettings(listen=(endpoint,))) as session:
-        crowd = Crowd(session, count)
+        colony = SyntheticColony(session, count)
         connection.send("ready")
-        crowd.publish_births()
+        colony.publish_births()
         next_s = time.monotonic()
         while True:
             next_s += 1.0 / HZ
             if connection.poll(max(0.0, next_s - time.monotonic())):
                 if connection.recv() == SENT:
-                    connection.send(crowd.sent)
+                    connection.send(colony.sent)
                     continue
-                crowd.places[0] = -crowd.places[0]
+                colony.places[0] = -colony.places[0]
                 at_s = time.monotonic()
-                crowd.publish_scene()
+                colony.publish_scene()
                 connection.send(at_s)
             elif walks:
-                crowd.step()
+                colony.step()
             else:
-                crowd.tick += 1
-                crowd.publish_scene()
-                crowd.publish_state(crowd.tick % count)
+                colony.tick += 1
+                colony.publish_scene()
+                colony.publish_state(colony.tick % count)

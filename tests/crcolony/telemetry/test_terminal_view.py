@@ -27,7 +27,7 @@ def monitor() -> FedMonitor:
 
 def shown(monitor: ColonyMonitor, unix_s: float) -> list[str]:
     """Return the lines of the table."""
-    console = Console(width=140, color_system=None)
+    console = Console(width=140, color_system=None, markup=False)
     with console.capture() as capture:
         console.print(table_of(monitor, unix_s))
     return capture.get().splitlines()

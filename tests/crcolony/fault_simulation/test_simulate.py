@@ -48,6 +48,7 @@ ROUGH = Faults(
 class TestPromises:
     """Both mate or neither, at most once, with signed genes; no conception is lost, and no encounter stays open."""
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("first", range(0, SEEDS, CHUNK))
     def test_no_seed_breaks_a_promise(self, first: int) -> None:
         """Ten colonies, each with its own mix of faults, keep every promise, and their robots mate."""

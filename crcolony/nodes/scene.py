@@ -29,17 +29,17 @@ def make_scene(
     world: World,
     bodies: Iterable[SceneBody],
     arena: str,
-    number: int,
+    arena_run: int,
     seq: int,
     tick: int,
     unix_ms: int,
 ) -> Scene:
-    """Return the scene of a world, with as many bodies and packs as a message holds; `number` is the arena's run."""
+    """Return the scene of a world, with as many bodies and packs as a message holds."""
     rules = world.rules
     packs = np.hstack([world.packs, world.pack_colours, world.pack_charges[:, None]])
     return Scene(
         arena=arena,
-        arena_run=number,
+        arena_run=arena_run,
         seq=seq,
         tick=tick,
         unix_ms=unix_ms,

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,9 @@ from tests.support.small_colony import SMALL
 FAST = ["--generations", "3", *(word for setting in SMALL for word in ("--set", setting))]
 """Options of a run of a moment."""
 ENVIRONMENT = {**os.environ, "PYTHONPATH": PYTHONPATH}
+
+Refused = Callable[[str], str]
+"""Runs a wrong command line; returns the line with which it is refused."""
 
 
 def command(*words: str | Path) -> list[str]:

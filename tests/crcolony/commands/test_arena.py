@@ -1,11 +1,8 @@
 """`crcolony arena`: run an arena that robots of any machine can join."""
 
-import shlex
-from pathlib import Path
-
 import pytest
 
-from tests.support.command_line import refusal
+from tests.support.command_line import Refused
 
 
 @pytest.mark.parametrize(
@@ -18,13 +15,6 @@ from tests.support.command_line import refusal
         ("arena --robots 0", "robots: expected"),
     ],
 )
-def test_wrong_options_are_refused_in_one_line(
-    words: str,
-    line: str,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_wrong_options_are_refused_in_one_line(words: str, line: str, refused: Refused) -> None:
     """The line names the option or file, and the reason."""
-    monkeypatch.chdir(tmp_path)
-    assert line in refusal(capsys, *shlex.split(words))
+    assert line in refused(words)

@@ -1,11 +1,10 @@
 """`crcolony check` validates a config file."""
 
-import shlex
 from pathlib import Path
 
 import pytest
 
-from tests.support.command_line import refusal, run_command
+from tests.support.command_line import Refused, run_command
 
 
 def test_a_config_is_valid_or_its_error_is_printed(tmp_path: Path) -> None:
@@ -25,13 +24,6 @@ def test_a_config_is_valid_or_its_error_is_printed(tmp_path: Path) -> None:
         ("check missing.toml", "missing.toml: cannot be read"),
     ],
 )
-def test_wrong_options_are_refused_in_one_line(
-    words: str,
-    line: str,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_wrong_options_are_refused_in_one_line(words: str, line: str, refused: Refused) -> None:
     """The line names the option or file, and the reason."""
-    monkeypatch.chdir(tmp_path)
-    assert line in refusal(capsys, *shlex.split(words))
+    assert line in refused(words)

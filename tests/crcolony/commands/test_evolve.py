@@ -2,7 +2,6 @@
 
 import json
 import resource
-import shlex
 import signal
 import subprocess
 from pathlib import Path
@@ -12,9 +11,9 @@ import pytest
 from tests.support.command_line import (
     ENVIRONMENT,
     FAST,
+    Refused,
     command,
     hash_of,
-    refusal,
     run_command,
     start_command,
     wait_for_line,
@@ -133,13 +132,6 @@ def test_a_full_disk_ends_a_run_with_one_line_and_loses_nothing(tmp_path: Path) 
         ("evolve --seeds 2 --generations 0", "--generations 0 cannot be used with --seeds"),
     ],
 )
-def test_wrong_options_are_refused_in_one_line(
-    words: str,
-    line: str,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_wrong_options_are_refused_in_one_line(words: str, line: str, refused: Refused) -> None:
     """The line names the option or file, and the reason."""
-    monkeypatch.chdir(tmp_path)
-    assert line in refusal(capsys, *shlex.split(words))
+    assert line in refused(words)

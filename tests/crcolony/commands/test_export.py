@@ -1,11 +1,8 @@
 """`crcolony export`: export recorded telemetry."""
 
-import shlex
-from pathlib import Path
-
 import pytest
 
-from tests.support.command_line import refusal
+from tests.support.command_line import Refused
 
 
 @pytest.mark.parametrize(
@@ -14,13 +11,6 @@ from tests.support.command_line import refusal
         ("export missing", "missing"),
     ],
 )
-def test_wrong_options_are_refused_in_one_line(
-    words: str,
-    line: str,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_wrong_options_are_refused_in_one_line(words: str, line: str, refused: Refused) -> None:
     """The line names the option or file, and the reason."""
-    monkeypatch.chdir(tmp_path)
-    assert line in refusal(capsys, *shlex.split(words))
+    assert line in refused(words)

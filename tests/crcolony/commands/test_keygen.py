@@ -1,13 +1,12 @@
 """`crcolony keygen`: generate a robot's key."""
 
-import shlex
 from pathlib import Path
 
 import pytest
 
 from crcolony.cli import main
 from crcolony.protocol.identity import load_key
-from tests.support.command_line import refusal
+from tests.support.command_line import Refused, refusal
 
 
 @pytest.mark.parametrize(
@@ -16,16 +15,9 @@ from tests.support.command_line import refusal
         ("keygen /proc/none/key", "/proc/none/key: cannot be written"),
     ],
 )
-def test_wrong_options_are_refused_in_one_line(
-    words: str,
-    line: str,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_wrong_options_are_refused_in_one_line(words: str, line: str, refused: Refused) -> None:
     """The line names the option or file, and the reason."""
-    monkeypatch.chdir(tmp_path)
-    assert line in refusal(capsys, *shlex.split(words))
+    assert line in refused(words)
 
 
 def test_a_key_is_generated_once(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -1,11 +1,10 @@
 """`crcolony launch`: start an arena and robots, each its own process."""
 
-import shlex
 from pathlib import Path
 
 import pytest
 
-from tests.support.command_line import refusal
+from tests.support.command_line import Refused, refusal
 
 
 @pytest.mark.parametrize(
@@ -19,16 +18,9 @@ from tests.support.command_line import refusal
         ("launch --hz 5 --speed 2", "not allowed with argument --hz"),
     ],
 )
-def test_wrong_options_are_refused_in_one_line(
-    words: str,
-    line: str,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_wrong_options_are_refused_in_one_line(words: str, line: str, refused: Refused) -> None:
     """The line names the option or file, and the reason."""
-    monkeypatch.chdir(tmp_path)
-    assert line in refusal(capsys, *shlex.split(words))
+    assert line in refused(words)
 
 
 def test_a_folder_of_another_colony_is_refused(

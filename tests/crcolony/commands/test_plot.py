@@ -1,12 +1,11 @@
 """`crcolony plot`: draw figures."""
 
-import shlex
 from pathlib import Path
 
 import pytest
 
 from crcolony.cli import main
-from tests.support.command_line import refusal
+from tests.support.command_line import Refused
 from tests.support.plotted_runs import run_comparison
 
 
@@ -29,16 +28,9 @@ def comparison(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("plot . --format pdf,tiff", "--format pdf,tiff: 'tiff' is not one of pdf, svg, png"),
     ],
 )
-def test_wrong_options_are_refused_in_one_line(
-    words: str,
-    line: str,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_wrong_options_are_refused_in_one_line(words: str, line: str, refused: Refused) -> None:
     """The line names the option or file, and the reason."""
-    monkeypatch.chdir(tmp_path)
-    assert line in refusal(capsys, *shlex.split(words))
+    assert line in refused(words)
 
 
 def test_figures_are_written_as_vectors_and_pictures(

@@ -1,13 +1,12 @@
 """`crcolony robot`: run one robot."""
 
-import shlex
 import sqlite3
 from pathlib import Path
 
 import pytest
 
 from crcolony.protocol.identity import create_key
-from tests.support.command_line import refusal
+from tests.support.command_line import Refused, refusal
 
 
 @pytest.mark.parametrize(
@@ -28,16 +27,9 @@ from tests.support.command_line import refusal
         ("robot --out x --allow missing", "missing: cannot be read"),
     ],
 )
-def test_wrong_options_are_refused_in_one_line(
-    words: str,
-    line: str,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_wrong_options_are_refused_in_one_line(words: str, line: str, refused: Refused) -> None:
     """The line names the option or file, and the reason."""
-    monkeypatch.chdir(tmp_path)
-    assert line in refusal(capsys, *shlex.split(words))
+    assert line in refused(words)
 
 
 ENDPOINT = "tcp/127.0.0.1:17447"

@@ -1,12 +1,10 @@
 """`crcolony router`: run a Zenoh router."""
 
-import shlex
 import socket
-from pathlib import Path
 
 import pytest
 
-from tests.support.command_line import refusal
+from tests.support.command_line import Refused, refusal
 
 
 @pytest.mark.parametrize(
@@ -15,16 +13,9 @@ from tests.support.command_line import refusal
         ("router --client", "--client cannot be used with a router"),
     ],
 )
-def test_wrong_options_are_refused_in_one_line(
-    words: str,
-    line: str,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_wrong_options_are_refused_in_one_line(words: str, line: str, refused: Refused) -> None:
     """The line names the option or file, and the reason."""
-    monkeypatch.chdir(tmp_path)
-    assert line in refusal(capsys, *shlex.split(words))
+    assert line in refused(words)
 
 
 def test_a_port_that_is_in_use_is_named(capsys: pytest.CaptureFixture[str]) -> None:

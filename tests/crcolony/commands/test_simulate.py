@@ -1,12 +1,9 @@
 """`crcolony simulate`: test colonies in virtual time."""
 
-import shlex
-from pathlib import Path
-
 import pytest
 
 from crcolony.cli import main
-from tests.support.command_line import refusal
+from tests.support.command_line import Refused
 
 
 @pytest.mark.parametrize(
@@ -16,16 +13,9 @@ from tests.support.command_line import refusal
         ("simulate --robots 1", "--robots 1: must be from 2 to 50"),
     ],
 )
-def test_wrong_options_are_refused_in_one_line(
-    words: str,
-    line: str,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_wrong_options_are_refused_in_one_line(words: str, line: str, refused: Refused) -> None:
     """The line names the option or file, and the reason."""
-    monkeypatch.chdir(tmp_path)
-    assert line in refusal(capsys, *shlex.split(words))
+    assert line in refused(words)
 
 
 def test_a_colony_without_violations_ends_with_exit_code_0(

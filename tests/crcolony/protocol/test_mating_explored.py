@@ -8,26 +8,33 @@ search that never finds anything proves nothing.
 from collections.abc import Sequence
 from dataclasses import replace
 
-import msgspec
 import pytest
 
-from crcolony.protocol.encounters import Effect, EncounterRecord, Offer, Send, Write
+from crcolony.protocol.encounters import Effect, EncounterRecord, Send, Write
 from crcolony.protocol.envelope import SignedEnvelope
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.mating import MatingStateMachine
 from crcolony.protocol.mating_messages import (
-    Abort,
     Accept,
     Commit,
     Done,
-    Encounter,
     MatingMessage,
-    Propose,
-    Refuse,
 )
-from crcolony.protocol.open_encounters import OpenEncounter
 from tests.support.explored_robot import LIMITS, NOW_S, SCHEMA, Bounds, Caller, Decide, Disk, Kind
 from tests.support.mating_explorer import Report, explore
+from tests.support.sabotaged_mating import (
+    AppliesLateRefusal,
+    ForgetsUnacknowledged,
+    GivesUpDecided,
+    GuessesAbort,
+    GuessesCommit,
+    IgnoresAbort,
+    IgnoresMarks,
+    IgnoresNonce,
+    OffersAgentOfOlderContact,
+    PresumesCommit,
+    PresumesNothing,
+)
 
 PAIR = (0, 1)
 ONCE = Bounds((PAIR,), crashes=1)
@@ -210,99 +217,6 @@ class TestSabotagedCaller:
 
 
 # Sabotaged state machines ----------------------------------------------------------------------------------------
-
-
-class IgnoresMarks(MatingStateMachine):
-    def _on_propose(self, now_s: float, message: Propose, envelope: bytes) -> list[Effect]:
-        self._marks.prepared.clear()
-        return super()._on_propose(now_s, message, envelope)
-
-
-class GuessesCommit(MatingStateMachine):
-    def give_up(self, now_s: float, encounter: Encounter) -> list[Effect]:
-        entry = self._open[encounter]
-        if entry.record.state == "prepared":
-            return self._on_commit(encounter, entry)
-        return super().give_up(now_s, encounter)
-
-
-class GuessesAbort(MatingStateMachine):
-    def give_up(self, now_s: float, encounter: Encounter) -> list[Effect]:
-        entry = self._open[encounter]
-        if entry.record.state == "prepared":
-            return self._close(entry, "aborted", "aborted")
-        return super().give_up(now_s, encounter)
-
-
-class GivesUpDecided(MatingStateMachine):
-    def give_up(self, now_s: float, encounter: Encounter) -> list[Effect]:
-        entry = self._open[encounter]
-        if entry.record.state == "decided":
-            abort = Send(encounter.responder, Abort(encounter))
-            return [*self._close(entry, "aborted", "aborted"), abort]
-        return super().give_up(now_s, encounter)
-
-
-class PresumesCommit(MatingStateMachine):
-    def _on_accept(
-        self, now_s: float, message: Accept, envelope: bytes, entry: OpenEncounter | None
-    ) -> list[Effect]:
-        if entry is None:
-            return [Send(message.encounter.responder, Commit(message.encounter))]
-        return super()._on_accept(now_s, message, envelope, entry)
-
-
-class PresumesNothing(MatingStateMachine):
-    def _on_accept(
-        self, now_s: float, message: Accept, envelope: bytes, entry: OpenEncounter | None
-    ) -> list[Effect]:
-        if entry is None:
-            return []
-        return super()._on_accept(now_s, message, envelope, entry)
-
-
-class IgnoresNonce(MatingStateMachine):
-    def expects(self, message: MatingMessage) -> bool:
-        if isinstance(message, Propose) and message.encounter.responder == self.me:
-            return self._nonce_with(message.encounter.initiator) is not None
-        return super().expects(message)
-
-    def _on_accept(
-        self, now_s: float, message: Accept, envelope: bytes, entry: OpenEncounter | None
-    ) -> list[Effect]:
-        nonce = entry.record.nonce if entry else message.nonce
-        message = msgspec.structs.replace(message, nonce=nonce)
-        return super()._on_accept(now_s, message, envelope, entry)
-
-
-class ForgetsUnacknowledged(MatingStateMachine):
-    """Proposes to a robot that has not acknowledged the last mating; that robot then aborts the older one."""
-
-    def _may_propose(self, peer: RobotId) -> bool:
-        return not self.is_engaged and self._open.record_of(peer, "proposed") is None
-
-
-class AppliesLateRefusal(MatingStateMachine):
-    def handle_message(self, now_s: float, message: MatingMessage, envelope: bytes) -> list[Effect]:
-        entry = self._open.get(message.encounter)
-        if isinstance(message, Refuse) and entry and entry.record.state == "decided":
-            return self._close(entry, "aborted", "aborted")
-        return super().handle_message(now_s, message, envelope)
-
-
-class IgnoresAbort(MatingStateMachine):
-    def expects(self, message: MatingMessage) -> bool:
-        return not isinstance(message, Abort) and super().expects(message)
-
-
-class OffersAgentOfOlderContact(MatingStateMachine):
-    """Offers the agent of an older contact than the one whose nonce is quoted."""
-
-    def handle_contact(
-        self, now_s: float, peer: RobotId, nonce: int, own: Offer, tick: int
-    ) -> list[Effect]:
-        older = self._contacts.get(peer)
-        return super().handle_contact(now_s, peer, nonce, older.own if older else own, tick)
 
 
 def calling(mating: type[MatingStateMachine]) -> Caller:

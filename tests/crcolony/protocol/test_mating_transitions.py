@@ -5,20 +5,15 @@ from typing import Any
 
 import pytest
 
-from crcolony.protocol.encounters import Effect, Send
 from crcolony.protocol.mating import MatingStateMachine
 from crcolony.protocol.mating_messages import (
     Abort,
-    Accept,
     Commit,
     Done,
-    Encounter,
-    MatingMessage,
     Propose,
     Refuse,
 )
 from crcolony.protocol.mating_transitions import TRANSITIONS, Transition
-from crcolony.protocol.open_encounters import OpenEncounter
 from tests.support.explored_robot import Bounds, Caller
 from tests.support.mating_examples import (
     AB,
@@ -40,6 +35,12 @@ from tests.support.mating_examples import (
     report_contact,
 )
 from tests.support.mating_explorer import explore
+from tests.support.sabotaged_mating import (
+    AcknowledgesSilently,
+    GuessesAbort,
+    IgnoresAbort,
+    PresumesCommit,
+)
 from tests.support.transition_recorder import ROWS, record_transitions
 
 Machine = type[MatingStateMachine]
@@ -172,44 +173,6 @@ class TestTable:
         assert len(ROWS) == len(TRANSITIONS)
 
 
-# Sabotaged state machines ----------------------------------------------------------------------------------------
-
-
-class CommitsUnknown(MatingStateMachine):
-    """Answers the accept of an unknown encounter with a commit."""
-
-    def _on_accept(
-        self, now_s: float, message: Accept, envelope: bytes, entry: OpenEncounter | None
-    ) -> list[Effect]:
-        if entry is None:
-            return [Send(message.encounter.responder, Commit(message.encounter))]
-        return super()._on_accept(now_s, message, envelope, entry)
-
-
-class AcknowledgesSilently(MatingStateMachine):
-    """Mates without sending Done."""
-
-    def _on_commit(self, encounter: Encounter, entry: OpenEncounter | None) -> list[Effect]:
-        return super()._on_commit(encounter, entry)[:-1]
-
-
-class GuessesAbort(MatingStateMachine):
-    """Aborts what it is prepared for when the initiator is silent."""
-
-    def give_up(self, now_s: float, encounter: Encounter) -> list[Effect]:
-        entry = self._open[encounter]
-        if entry.record.state == "prepared":
-            return self._close(entry, "aborted", "aborted")
-        return super().give_up(now_s, encounter)
-
-
-class IgnoresAbort(MatingStateMachine):
-    """Stays prepared for what the initiator has aborted."""
-
-    def expects(self, message: MatingMessage) -> bool:
-        return not isinstance(message, Abort) and super().expects(message)
-
-
 def wait_too_long(machine: Machine) -> None:
     """B is prepared and gives up."""
     b = robot(machine, B)
@@ -230,7 +193,7 @@ class TestSabotage:
     @pytest.mark.parametrize(
         ("machine", "story", "transition"),
         [
-            (CommitsUnknown, initiate, ("initiator", "none", "accept", "none", ("send commit",))),
+            (PresumesCommit, initiate, ("initiator", "none", "accept", "none", ("send commit",))),
             (
                 AcknowledgesSilently,
                 respond,

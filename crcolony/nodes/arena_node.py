@@ -135,10 +135,6 @@ class ArenaNode:
             self.leave(robot)
         return gone
 
-    def slot_of(self, robot: RobotId) -> int:
-        """Return the slot of a robot's body; raises KeyError if it has none."""
-        return self.robots[robot]
-
     def occupant(self, slot: int) -> RobotId | None:
         """Return the robot whose body is in a slot, or None."""
         return self._occupants[slot]

@@ -152,7 +152,7 @@ def test_the_body_of_an_offline_robot_is_removed_after_the_grace_period() -> Non
 
 def face_to_face(node: ArenaNode, *robots: int) -> None:
     """Place two robots opposite each other with their beacons on, and make one tick."""
-    slots = [node.slot_of(IDS[robot]) for robot in robots]
+    slots = [node.robots[IDS[robot]] for robot in robots]
     node.arena.world.poses[slots] = [(-0.2, 0.0, 0.0), (0.2, 0.0, np.pi)]
     row = np.zeros(contract.ACTION_WIDTH)
     row[[contract.BEACON, contract.TTL]] = 1.0

@@ -76,7 +76,7 @@ def test_robots_of_the_same_process_set_their_actions_directly() -> None:
             wanted = random_action(rng)
             assert node.apply_action(IDS[robot], Action(node.tick, pack_row(wanted)))
             assert not direct.is_ready
-            direct.set_action(direct.slot_of(IDS[robot]), wanted)
+            direct.set_action(direct.robots[IDS[robot]], wanted)
         assert direct.is_ready
         node.step()
         direct.step()

@@ -1,18 +1,21 @@
-# make run: a colony of robot processes on this machine. make test: every check. Both set everything up by themselves.
+# make run: a colony evolves and then lives as processes. make test: every check. Both set everything up by themselves.
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock
 OUT ?=
 MINUTES ?=
 DURATIONS := --durations=15 --durations-min=1
+# Real processes, firmware and clocks on a machine that others use too: what fails is run again, and both are reported.
+REAL := --reruns 1 -r aR
 SYNC := $(if $(filter output-sync,$(.FEATURES)),--output-sync)
 
 .DEFAULT_GOAL := help
-.PHONY: help run dashboard test checks coverage bench clean
+.PHONY: help run dashboard test checks compiled coverage bench clean
 
 help:
-	@echo "make run           an arena and four robots, each its own process, until Ctrl-C (MINUTES=2: for two minutes)"
+	@echo "make run           20 s of evolution, then its robots live, each its own process, until Ctrl-C (MINUTES=2, OUT=DIR)"
 	@echo "make dashboard     the running colony in a browser: beside make run, started before or after it"
 	@echo "make test          every check and test that this machine can run"
 	@echo "make checks        formatting, types and imports between rooms alone"
@@ -21,22 +24,29 @@ help:
 	@echo "make clean         remove the virtual environment and caches"
 
 run: $(VENV)/run.stamp
-	@$(BIN)/crcolony launch -n 4 --generations 0 $(if $(OUT),--out $(OUT)) $(if $(MINUTES),--minutes $(MINUTES))
+	@$(BIN)/crcolony demo $(if $(OUT),--out "$(OUT)") $(if $(MINUTES),--minutes $(MINUTES))
 
 dashboard: $(VENV)/viz.stamp
 	@$(BIN)/crcolony dashboard --web $(if $(OUT),--out $(OUT)) $(if $(MINUTES),--minutes $(MINUTES))
 
 # Coverage runs beside the type checker, which uses one core: beside the system tests it would take the time of their processes.
 test: $(VENV)/dev.stamp
-	@$(MAKE) --no-print-directory -j2 $(SYNC) checks coverage
-	@$(BIN)/python -m pytest -q -n 2 --dist loadfile $(DURATIONS) --ignore=tests/system
+	@$(MAKE) --no-print-directory -j2 $(SYNC) coverage checks compiled
+	@$(BIN)/python -m pytest -q -n 2 --dist loadfile $(REAL) $(DURATIONS) --ignore=tests/system --ignore=tests/robot_firmware_bridge
+	@echo "robots: their firmware on emulated controllers, and simulators of their makers:"
+	@$(BIN)/python -m pytest -q -n 4 --dist loadfile $(REAL) $(DURATIONS) tests/robot_firmware_bridge
 	@echo "colonies of real processes, in network namespaces where this machine allows them:"
-	@$(BIN)/python -m pytest -q $(DURATIONS) tests/system
+	@$(BIN)/python -m pytest -q -n 2 --dist loadfile -m "not alone" $(REAL) $(DURATIONS) tests/system
+	@$(BIN)/python -m pytest -q -m alone $(REAL) $(DURATIONS) tests/system
 
 checks: $(VENV)/dev.stamp
 	@$(BIN)/ruff format --check --quiet . && $(BIN)/ruff check --quiet . && echo "ruff: clean"
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
+
+# The colony is compiled before the tests that need it: each of their processes would do it for itself.
+compiled: $(VENV)/dev.stamp
+	@scratch=$$(mktemp -d) && $(BIN)/crcolony evolve --generations 1 --no-plots --out $$scratch/run && rm -r $$scratch
 
 # Compiled functions run as plain Python here: machine code cannot be measured.
 coverage: $(VENV)/dev.stamp
@@ -66,16 +76,17 @@ install-venv:
 	else echo "Python's venv module is missing; on Debian: sudo apt-get install python3-venv" >&2; exit 1; fi
 
 $(VENV)/run.stamp: pyproject.toml requirements.lock | $(VENV)/bin/python
-	@echo "installing crcolony (see requirements.lock)"
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[experiments]'
+	@echo "installing crcolony and its dashboard (see requirements.lock), which takes about a minute"
+	@$(PIP) -e '.[bridge,experiments,viz]' && touch $(VENV)/viz.stamp || \
+		{ echo "the dashboard cannot be installed here: installing crcolony without it"; $(PIP) -e '.[bridge,experiments]'; }
 	@touch $@
 
 $(VENV)/viz.stamp: pyproject.toml requirements.lock | $(VENV)/bin/python
 	@echo "installing crcolony and its dashboard (see requirements.lock)"
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[experiments,viz]'
+	@$(PIP) -e '.[bridge,experiments,viz]'
 	@touch $@ $(VENV)/run.stamp
 
 $(VENV)/dev.stamp: pyproject.toml requirements.lock | $(VENV)/bin/python
 	@echo "installing crcolony and its checks (see requirements.lock)"
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[dev]'
+	@$(PIP) -e '.[dev]'
 	@touch $@ $(VENV)/run.stamp $(VENV)/viz.stamp

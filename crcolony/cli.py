@@ -1,14 +1,21 @@
 """The command line `crcolony`. Commands import heavy modules only when they run, so that `--help` answers at once."""
 
 import argparse
+import errno
 import os
+import re
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from crcolony.commands.arena import add_arena
+from crcolony.commands.bridge import add_bridge
 from crcolony.commands.check import add_check
+from crcolony.commands.completion import add_completion
+from crcolony.commands.config import add_config_command
 from crcolony.commands.dashboard import add_dashboard
+from crcolony.commands.demo import add_demo
+from crcolony.commands.estop import add_estop
 from crcolony.commands.evolve import add_evolve
 from crcolony.commands.export import add_export
 from crcolony.commands.host import add_host
@@ -25,63 +32,132 @@ from crcolony.commands.top import add_top
 from crcolony.errors import (
     EXIT_FATAL,
     EXIT_INTERRUPTED,
+    EXIT_OK,
     EXIT_UNREAD,
     EXIT_WRONG_INPUT,
     CrcolonyError,
     FatalStorageError,
+    did_you_mean,
+)
+from crcolony.shutdown import end_with_parent
+from crcolony.terminal import one_line, standard_streams
+
+COMMANDS = (
+    ("demo", add_demo, "evolve for some seconds, then live as processes, with a dashboard"),
+    ("evolve", add_evolve, "evolve an in-process colony on this machine"),
+    ("launch", add_launch, "start an arena and robots, each its own process"),
+    ("arena", add_arena, "run an arena that robots of any machine can join"),
+    ("robot", add_robot, "run one robot"),
+    ("bridge", add_bridge, "attach physical robots, so that robots can live in them"),
+    ("estop", add_estop, "stop all bodies at once, and release them"),
+    ("host", add_host, "run an arena and many robots in one process"),
+    ("router", add_router, "run a Zenoh router, for colonies too large for a mesh of peers"),
+    ("simulate", add_simulate, "test colonies in virtual time with injected faults"),
+    ("dashboard", add_dashboard, "show colonies live in Rerun"),
+    ("replay", add_replay, "show a finished run in the dashboard"),
+    ("export", add_export, "export recorded telemetry as Parquet tables"),
+    ("top", add_top, "show the robots that are online and their state, live"),
+    ("status", add_status, "print the robots that are online and their state, once"),
+    ("inspect", add_inspect, "print what is in a robot's file, or in a results folder"),
+    ("keygen", add_keygen, "generate a robot's key"),
+    ("config", add_config_command, "print all settings, with meaning, unit and range, as TOML"),
+    ("check", add_check, "validate a config file"),
+    ("plot", add_plot, "draw figures of a run, or of many runs with intervals over seeds"),
+    ("completion", add_completion, "print what makes a shell complete commands and options"),
 )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code (see `crcolony.errors`); a CrcolonyError is printed in one line."""
-    options = _parser().parse_args(arguments)
+    end_with_parent()
+    with standard_streams() as streams:
+        code = _run(arguments)
+    if streams.error is None or code != EXIT_OK:
+        return code
+    if isinstance(streams.error, BrokenPipeError):
+        return EXIT_UNREAD
+    _print_error(f"standard output: {streams.error.strerror}")
+    return EXIT_WRONG_INPUT
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    parser = make_parser()
+    if "_ARGCOMPLETE" in os.environ:
+        import argcomplete
+
+        argcomplete.autocomplete(parser)
     try:
+        options = parser.parse_args(arguments)
         code: int = options.command(options)
+    except SystemExit as ended:  # argparse's own way, after --help and for wrong options
+        return int(ended.code or EXIT_OK)
     except (ImportError, CrcolonyError) as error:
-        print(f"crcolony: {error}", file=sys.stderr)
+        _print_error(str(error))
         return EXIT_WRONG_INPUT
     except FatalStorageError as error:
-        print(f"crcolony: {error}", file=sys.stderr)
+        _print_error(str(error))
         return EXIT_FATAL
     except KeyboardInterrupt:
-        print("crcolony: interrupted", file=sys.stderr)
+        _print_error("interrupted")
         return EXIT_INTERRUPTED
-    except BrokenPipeError:  # the reader of our output is gone, as in `crcolony evolve | head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # the reader of our output is gone, before there was anything to save
         return EXIT_UNREAD
+    except (
+        OSError
+    ) as error:  # a file was refused where no one had thought of it; without a file it is a bug
+        if error.errno in (errno.EMFILE, errno.ENFILE):
+            _print_error("too many open files: raise the limit, as with ulimit -n 4096")
+            return EXIT_WRONG_INPUT
+        if error.filename is None:
+            raise
+        _print_error(f"{error.filename}: {error.strerror}")
+        return EXIT_WRONG_INPUT
     return code
 
 
+def _print_error(message: str) -> None:
+    print(f"crcolony: {one_line(message)}", file=sys.stderr)
+
+
 class _Parser(argparse.ArgumentParser):
-    """Prints errors of the options in one line."""
+    """Prints errors of the options in one line, with the word that was probably meant."""
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Return the options; words that are none are an error of this command, not of `crcolony`."""
+        options, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            option = unknown[0].partition("=")[0]
+            hint = did_you_mean(option, self._option_string_actions)
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
+        return options, unknown
 
     def error(self, message: str) -> NoReturn:
-        self.exit(EXIT_WRONG_INPUT, f"{self.prog}: {message} (see {self.prog} --help)\n")
+        """End with one line."""
+        if wrong := re.search(r"invalid choice: '(.*)' \(choose from (.*)\)", message):
+            hint = did_you_mean(wrong[1], re.findall(r"[\w-]+", wrong[2]))
+            message = f"there is no command {wrong[1]!r}" if "COMMAND" in message else message
+            message += hint
+        self.exit(EXIT_WRONG_INPUT, f"{self.prog}: {one_line(message)} (see {self.prog} --help)\n")
 
 
-def _parser() -> argparse.ArgumentParser:
+class _Version(argparse.Action):
+    """Prints the version, which is looked up only then: that takes longer than `crcolony --help`."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
+        import crcolony
+
+        print(f"{parser.prog} {crcolony.__version__}")
+        parser.exit()
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of all commands."""
     parser = _Parser(
         prog="crcolony",
         description="A colony of robots that evolves how to learn, with nobody in charge.",
     )
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for name, add_options, summary in (
-        ("evolve", add_evolve, "evolve an in-process colony on this machine"),
-        ("launch", add_launch, "start an arena and robots, each its own process"),
-        ("arena", add_arena, "run an arena that robots of any machine can join"),
-        ("robot", add_robot, "run one robot"),
-        ("host", add_host, "run an arena and many robots in one process"),
-        ("router", add_router, "run a Zenoh router, for colonies too large for a mesh of peers"),
-        ("simulate", add_simulate, "test colonies in virtual time with injected faults"),
-        ("dashboard", add_dashboard, "show colonies live in Rerun"),
-        ("replay", add_replay, "show a finished run in the dashboard"),
-        ("export", add_export, "export recorded telemetry as Parquet tables"),
-        ("top", add_top, "show the robots that are online and their state, live"),
-        ("status", add_status, "print the robots that are online and their state, once"),
-        ("inspect", add_inspect, "print what is in a robot's file"),
-        ("keygen", add_keygen, "generate a robot's key"),
-        ("check", add_check, "validate a config file"),
-        ("plot", add_plot, "draw figures of a run, or of many runs with intervals over seeds"),
-    ):
+    for name, add_options, summary in COMMANDS:
         add_options(commands.add_parser(name, help=summary, description=summary))
     return parser

@@ -4,9 +4,10 @@ Every small function of the control step is plain, readable Python that numba tu
 code; small functions are inlined into the ones that call them, so that composing them costs
 nothing. No fast-math: the same seed must give the same history, bit for bit.
 
-Compiled code is cached on disk, in a folder named by a digest of the sources. numba itself checks
-only the file of the outermost function, and would keep using old code after a change in a function
-that was inlined.
+Compiled code is cached on disk (`code_cache.py`), in a folder named by a digest of the sources, of
+the versions that compile them, and of this machine's processor: a home may be shared by machines,
+and an SD card moves. numba itself checks only the file of the outermost function, and would keep
+using old code after a change in a function that was inlined.
 
 numba is imported when something has to be compiled or called, not before: it takes half a second
 and 100 MB, and a robot's own process does without it (`robot/aot_step.py`).
@@ -15,6 +16,7 @@ and 100 MB, and a robot's own process does without it (`robot/aot_step.py`).
 import functools
 import hashlib
 import os
+import platform
 from collections.abc import Callable
 from functools import cached_property
 from importlib.metadata import version
@@ -23,6 +25,8 @@ from typing import Any, Generic, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from crcolony.code_cache import find_folder, guard
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -44,9 +48,8 @@ COMPILED_SOURCES = (
 
 
 def source_digest(package: Path) -> str:
-    """Return a hash of the sources, in a package folder, of which compiled code is made, and of
-    numba's version."""
-    digest = hashlib.blake2b(version("numba").encode(), digest_size=8)
+    """Return a hash of the sources, in a package folder, of which compiled code is made."""
+    digest = hashlib.blake2b(digest_size=8)
     for name in COMPILED_SOURCES:
         path = package / name
         for source in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
@@ -54,20 +57,35 @@ def source_digest(package: Path) -> str:
     return digest.hexdigest()
 
 
+def machine_digest() -> str:
+    """Return a hash of what else decides on machine code: processor, and versions of the compiler."""
+    from llvmlite import binding  # type: ignore[import-untyped]
+
+    try:
+        features = binding.get_host_cpu_features().flatten()
+    except RuntimeError:  # LLVM does not know them for every architecture
+        features = ""
+    parts = (
+        binding.get_process_triple(),
+        binding.get_host_cpu_name(),
+        features,
+        platform.python_version(),
+        *map(version, ("numba", "llvmlite", "numpy", "pymunk")),
+    )
+    return hashlib.blake2b("\n".join(parts).encode(), digest_size=4).hexdigest()
+
+
 @functools.cache
-def cache_folder() -> Path:
-    """Return the folder of compiled code: in NUMBA_CACHE_DIR, or else in the user's cache, one for
-    every digest."""
-    root = os.environ.get("NUMBA_CACHE_DIR")
-    if not root:
-        cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-        root = str(Path(cache) / "crcolony")
-    return Path(root) / source_digest(Path(__file__).parent)
+def cache_folder() -> Path | None:
+    """Return the folder of the code that these sources are compiled to on this machine; None if
+    none can be kept."""
+    return find_folder(f"{source_digest(Path(__file__).parent)}-{machine_digest()}")
 
 
 def is_first_start() -> bool:
-    """Return whether nothing is compiled yet, which will take about half a minute."""
-    return not cache_folder().exists()
+    """Return whether nothing is compiled yet, which will take about a minute."""
+    folder = cache_folder()
+    return folder is None or not any(folder.iterdir())
 
 
 def is_switched_off() -> bool:
@@ -88,10 +106,14 @@ class Compiled(Generic[Parameters, Result]):
         """The function as numba has compiled it."""
         import numba
 
-        numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]
-        options: Any = {"cache": True, "error_model": "numpy", "forceinline": True, "_nrt": False}
-        jitted: Callable[Parameters, Result] = numba.njit(**options)(self.py_func)
-        return jitted
+        folder = cache_folder()
+        numba.config.CACHE_DIR = str(folder or "")  # type: ignore[attr-defined]
+        options: Any = {"error_model": "numpy", "forceinline": True, "_nrt": False}
+        jitted: Any = numba.njit(cache=folder is not None, **options)(self.py_func)
+        if folder is not None:
+            guard(jitted, folder)
+        compiled_function: Callable[Parameters, Result] = jitted
+        return compiled_function
 
     @property
     def _numba_type_(self) -> Any:

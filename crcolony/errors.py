@@ -5,18 +5,25 @@ CrcolonyError         something outside the program is wrong: a setting, a file,
     UsageError              options of a command                    commands.options
     IdentityError           a key, or a list of robots              protocol.identity
     NetworkError            an endpoint, or the network             transport.interface
+    NetworkUnavailableError a network that may be there later       transport.interface
+    OpenFilesError          a process may open too few files        transport.open_files
     DuplicateIdentityError  another robot has the same key          nodes.embodied_robot
     StorageError            a robot's file                          storage.sql
     StorageFullError        no room for a robot's file              storage.store
     FolderError             a results folder                        storage.files
+    EarlierRunError         the run that others begin with          results.earlier_run
     TelemetryError          recorded telemetry                      recordings.telemetry_file
     PastRunError            the folder of a finished run            recordings.past_run
     HistoryDiffersError     a re-simulation                         recordings.resimulation
     ExportError             an export to Parquet                    recordings.export
+    WorkerError             a worker of a sweep                     experiments.worker_processes
     PlotError               figures                                 results.plots.conditions
     DashboardError          the dashboard                           crcolony_dashboards
+    DeviceError             an attached robot                       crcolony_bridge
 FatalStorageError     it is unknown what is on the disk: the process ends, and starts again from there. Exit code 3
 """
+
+from collections.abc import Iterable
 
 EXIT_OK = 0
 """The command did what it should; 1 is left for bugs, as Python has it."""
@@ -26,6 +33,8 @@ EXIT_FATAL = 3
 """A FatalStorageError."""
 EXIT_VIOLATED = 4
 """`simulate` found that a promise was not kept."""
+EXIT_NOT_CONFIRMED = 5
+"""`estop` has no confirmation of some robot."""
 EXIT_INTERRUPTED = 130
 """Ctrl-C, as shells have it."""
 EXIT_UNREAD = 141
@@ -38,3 +47,14 @@ class CrcolonyError(Exception):
 
 class FatalStorageError(Exception):
     """It is unknown whether a transaction is on the disk: the process must end and start again from there."""
+
+
+def did_you_mean(word: str, known: Iterable[str], least: float = 0.6) -> str:
+    """Return "; did you mean …?" with the known word that is most like a wrong one, or "" if none is.
+
+    `least` is the likeness from which on a word is proposed, from 0 to 1.
+    """
+    from difflib import get_close_matches  # where a mistake is made, not whenever a command starts
+
+    near = get_close_matches(word, list(known), n=1, cutoff=least)
+    return f"; did you mean {near[0]}?" if near else ""

@@ -1,6 +1,6 @@
 """Draw the rooms of the code into docs/architecture.md, from the imports: python docs/draw_rooms.py
 
-A room is a package in `crcolony`, or `crcolony_dashboards`; an arrow says that one imports the other. An arrow is left
+A room is a package in `crcolony`, or a package beside it; an arrow says that one imports the other. An arrow is left
 out where a longer way leads to the same room, and the small modules that every room uses are not drawn.
 """
 
@@ -10,10 +10,23 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs/architecture.md"
-FOLDERS = (ROOT / "crcolony", ROOT / "dashboards/crcolony_dashboards")
+FOLDERS = (
+    ROOT / "crcolony",
+    ROOT / "dashboards/crcolony_dashboards",
+    ROOT / "robot_firmware_bridge/crcolony_bridge",
+)
 BEGIN = "<!-- drawn by docs/draw_rooms.py -->"
 END = "<!-- end of the drawing -->"
-EVERYWHERE = {"compiled", "errors", "randomness", "rate_limit", "shutdown"}
+EVERYWHERE = {
+    "code_cache",
+    "compile_progress",
+    "compiled",
+    "errors",
+    "randomness",
+    "rate_limit",
+    "shutdown",
+    "terminal",
+}
 """Modules at the bottom: nearly every room imports them."""
 
 Imports = Mapping[str, set[str]]
@@ -23,7 +36,7 @@ Imports = Mapping[str, set[str]]
 def room_of(module: str) -> str:
     """Return the room of a module, "" for a module outside or one that is not drawn."""
     package, _, rest = module.partition(".")
-    if package == "crcolony_dashboards":
+    if package in {folder.name for folder in FOLDERS[1:]}:
         return package
     room = rest.partition(".")[0] if package == "crcolony" else ""
     return "" if room in EVERYWHERE or room.startswith("__") else room

@@ -3,6 +3,8 @@
 Examples are the same on every run; `--hypothesis-profile=explore` looks at new ones.
 """
 
+import signal
+
 import numba
 import numpy as np
 from hypothesis import settings
@@ -10,6 +12,9 @@ from hypothesis import settings
 settings.register_profile("repeatable", deadline=None, derandomize=True)
 settings.register_profile("explore", deadline=None, max_examples=1000)
 settings.load_profile("repeatable")
+
+# Under nohup SIGHUP stays ignored, also in the processes that tests start, and tests close terminals.
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
     # Compiled arithmetic overflows and divides in silence; so must the same code run as plain Python.

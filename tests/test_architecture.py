@@ -14,9 +14,22 @@ from tests.support.paths import ROOT
 MAX_FILE_LINES = 300
 MAX_FUNCTION_LINES = 60
 
-PRODUCT = (ROOT / "crcolony", ROOT / "dashboards/crcolony_dashboards")
-TESTS = {"crcolony": ROOT / "tests/crcolony", "crcolony_dashboards": ROOT / "tests/dashboards"}
-DOCUMENTS = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("dashboards/*.md")]
+PRODUCT = (
+    ROOT / "crcolony",
+    ROOT / "dashboards/crcolony_dashboards",
+    ROOT / "robot_firmware_bridge/crcolony_bridge",
+)
+TESTS = {
+    "crcolony": ROOT / "tests/crcolony",
+    "crcolony_bridge": ROOT / "tests/robot_firmware_bridge",
+    "crcolony_dashboards": ROOT / "tests/dashboards",
+}
+DOCUMENTS = [
+    *ROOT.glob("*.md"),
+    *ROOT.glob("docs/*.md"),
+    *ROOT.glob("dashboards/*.md"),
+    *ROOT.glob("robot_firmware_bridge/*.md"),
+]
 
 TESTED_ELSEWHERE: dict[str, str] = {
     # Values without logic: what they mean shows where they are used.
@@ -28,6 +41,7 @@ TESTED_ELSEWHERE: dict[str, str] = {
     "crcolony/protocol/encounters.py": "crcolony/protocol/test_mating.py: the values that matings are made of",
     "crcolony/telemetry/status_changes.py": "crcolony/telemetry/test_colony_monitor.py: values it returns",
     "crcolony/transport/interface.py": "crcolony/transport/test_inbox.py: the events that it carries",
+    "crcolony/demo/run_demo.py": "system/test_demo.py: both parts, with real processes",
     # Parts of the mating state machine, which is explored as a whole.
     "crcolony/protocol/recent_contacts.py": "crcolony/protocol/test_mating.py: contacts and their time",
     "crcolony/protocol/responder_marks.py": "crcolony/protocol/test_mating_recovery.py: stale proposals",
@@ -56,14 +70,36 @@ TESTED_ELSEWHERE: dict[str, str] = {
     "crcolony/runtime/start_arena.py": "system/test_networks.py: arenas and routers of every network",
     "crcolony/runtime/start_host.py": "system/test_networks.py: a host among other processes",
     "crcolony/runtime/start_robot.py": "system/test_networks.py: robots of every network",
+    # Bodies and the emergency stop, of which both ends are tested together.
+    "crcolony/body_server/body_slots.py": "crcolony/nodes/test_arena_node.py: an arena's bodies follow its rules",
+    "crcolony/protocol/stop_messages.py": "crcolony/runtime/test_stop_server.py: what is answered",
+    "crcolony/runtime/emergency_stop.py": "system/test_bridge.py: real robots are stopped and released",
+    "crcolony/transport/zenoh_relay.py": "system/test_bridge.py: matings by infrared alone",
+    "crcolony/transport/zenoh_stop.py": "system/test_bridge.py: real robots are stopped and released",
+    # Parts of the bridge, with real firmware on the other end.
+    "crcolony_bridge/bridge_process.py": "system/test_bridge.py: bridges that are killed and restarted",
+    "crcolony_bridge/start_bridge.py": "system/test_bridge.py: bridges that are killed and restarted",
+    "crcolony_bridge/driver_body.py": "robot_firmware_bridge/test_driver_contract.py: drivers as bodies",
+    "crcolony_bridge/driver_contract_test.py": "robot_firmware_bridge/test_driver_contract.py: it is a test, run there",
+    "crcolony_bridge/driver_list.py": "robot_firmware_bridge/test_driver_plugin.py: what is listed",
+    "crcolony_bridge/driver_registry.py": "robot_firmware_bridge/test_driver_plugin.py: drivers of other packages",
+    "crcolony_bridge/errors.py": "robot_firmware_bridge/test_link.py: what is said of devices",
+    "crcolony_bridge/reconnecting_driver.py": "robot_firmware_bridge/test_driver_contract.py: what drivers share",
+    "crcolony_bridge/micropython/board.py": "robot_firmware_bridge/micropython/test_robot_script.py: uploaded with it",
+    "crcolony_bridge/micropython/boards/microbit.py": "robot_firmware_bridge/micropython/test_driver.py: a micro:bit",
+    "crcolony_bridge/reference_firmware/messages.py": "robot_firmware_bridge/test_robot_core.py: the firmware's own",
+    "crcolony_bridge/reference_firmware/readings.py": "robot_firmware_bridge/test_driver_contract.py: observations",
+    "crcolony_bridge/reference_firmware/session.py": "robot_firmware_bridge/reference_firmware/test_driver.py: replies",
+    "crcolony_bridge/ros2/messages.py": "robot_firmware_bridge/ros2/test_cdr.py: every field, as ROS encodes it",
+    "crcolony_bridge/ros2/session.py": "robot_firmware_bridge/ros2/test_driver.py: a router, a base, and their ends",
     # Zenoh's side of the transport: real sessions, cables that are cut, hostile peers.
     "crcolony/transport/zenoh_arena.py": "system/test_hostile_peers.py: an arena on Zenoh under attack",
     "crcolony/transport/zenoh_robots.py": "system/test_partitions.py: robots on Zenoh, cut and healed",
     "crcolony/transport/zenoh_samples.py": "system/test_hostile_peers.py: payloads of any size",
+    "crcolony_dashboards/live.py": "system/test_dashboard.py: real dashboards of colonies of processes",
     # Layouts of tabs, which say nothing of their own.
-    "crcolony_dashboards/tabs/arena_layout.py": "dashboards/tabs/test_arena.py: the tab as a whole",
-    "crcolony_dashboards/tabs/evolution_layout.py": "dashboards/tabs/test_evolution.py: the tab as a whole",
-    "crcolony_dashboards/tabs/generation_plots.py": "dashboards/tabs/test_evolution.py: the tab as a whole",
+    "crcolony_dashboards/tabs/arena_layout.py": "dashboards/tabs/test_colony.py: the tab as a whole",
+    "crcolony_dashboards/tabs/measure_lines.py": "dashboards/tabs/test_colony_story.py: lines of charts",
 }
 """Modules without a test file of their own: the test file, from `tests`, that tests them, and why, after a colon."""
 
@@ -76,11 +112,20 @@ ABOUT_SEVERAL = [
     "tests/crcolony/protocol/test_protocol_document.py",
     "tests/crcolony/storage/test_power_cut.py",
     "tests/crcolony/storage/test_store_against_model.py",
+    "tests/crcolony/test_wrong_input.py",
     "tests/crcolony/world/test_body_contract.py",
+    "tests/robot_firmware_bridge/aseba/test_driver_faults.py",
+    "tests/robot_firmware_bridge/test_driver_contract.py",
+    "tests/robot_firmware_bridge/test_driver_plugin.py",
+    "tests/robot_firmware_bridge/test_fuzz_robot.py",
+    "tests/robot_firmware_bridge/test_robot_core.py",
+    "tests/robot_firmware_bridge/test_transfer_example.py",
 ]
 """Test files that show what several modules do together."""
 
-PATH = re.compile(r"`((?:configs|crcolony|dashboards|docs|examples|tests)/[\w./-]+)`")
+PATH = re.compile(
+    r"`((?:configs|crcolony|dashboards|docs|examples|robot_firmware_bridge|tests)/[\w./-]+)`"
+)
 """How documents name a file or folder of the checkout."""
 
 PLACE = re.compile(r"`([\w./-]+\.py)(?::([\w.]+))?`")
@@ -208,7 +253,8 @@ def _tests_of(name: str) -> Path:
 
 
 def _is_mirrored(path: Path) -> bool:
-    for package, folder in zip(PRODUCT, TESTS.values(), strict=True):
+    for package in PRODUCT:
+        folder = TESTS[package.name]
         if path.is_relative_to(folder):
             module = package / path.relative_to(folder).with_name(path.name.removeprefix("test_"))
             return module.exists() or (module.with_suffix("") / "__init__.py").exists()
@@ -217,7 +263,7 @@ def _is_mirrored(path: Path) -> bool:
 
 def _exists(file: str, name: str | None) -> bool:
     """Tell whether there is a file whose path ends so, and it defines the name."""
-    folders = ("crcolony", "dashboards", "docs", "examples", "tests")
+    folders = ("crcolony", "dashboards", "docs", "examples", "robot_firmware_bridge", "tests")
     paths = [path for folder in folders for path in (ROOT / folder).rglob(Path(file).name)]
     paths = [path for path in paths if f"/{path.relative_to(ROOT)}".endswith(f"/{file}")]
     return bool(paths) and (name is None or any(_defines(path, name) for path in paths))

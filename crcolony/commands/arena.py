@@ -14,7 +14,8 @@ from crcolony.commands.network_options import (
 from crcolony.commands.options import (
     UsageError,
     add_config,
-    print_if_compiling,
+    add_examples,
+    load_config,
     settings_of,
 )
 from crcolony.errors import EXIT_OK
@@ -41,20 +42,29 @@ def add_arena(parser: argparse.ArgumentParser) -> None:
     add_clock(parser)
     add_network(parser)
     parser.set_defaults(command=_arena, colony="colony")
+    add_examples(
+        parser,
+        (
+            "crcolony arena --robots 4 --listen tcp/10.0.0.1:7447 --out runs/arena",
+            "for robots of other machines",
+        ),
+        (
+            "crcolony arena --robots 2 --lockstep --expect 2",
+            "as fast as possible, once two robots have joined",
+        ),
+    )
 
 
 def _arena(options: argparse.Namespace) -> int:
-    from crcolony.config import load
     from crcolony.runtime.start_arena import run_arena
 
     check_names(options)
-    config = load(options.config, settings_of(options))
+    config = load_config(options.config, settings_of(options))
     if not 1 <= options.expect <= config.robots:
         raise UsageError(
             f"--expect {options.expect}: from 1 to {config.robots}, the slots of the arena (--robots)"
         )
     period_s = wall_period_s(options, config.arena.control_period_s)
     network = network_of(options, listens_here=True)
-    print_if_compiling()
     run_arena(config, options.arena, network, period_s, options.expect, options.out)
     return EXIT_OK

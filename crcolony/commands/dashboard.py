@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from crcolony.commands.network_options import add_network, network_of
-from crcolony.commands.options import UsageError, check_minutes, new_folder
+from crcolony.commands.options import UsageError, add_examples, check_minutes
 from crcolony.errors import EXIT_OK
 
 LIVE_PORT = 9876
@@ -45,12 +45,20 @@ def add_dashboard(parser: argparse.ArgumentParser) -> None:
         "--out",
         type=Path,
         metavar="DIR",
-        help="folder of the recording; default: the next free runs/N",
+        help="folder of the recording; default: that of the colony if it is in runs, else the next free runs/N",
     )
     parser.add_argument("--no-recording", action="store_true", help="do not record")
     parser.add_argument("--minutes", type=float, metavar="M", help="stop after so many minutes")
     add_network(parser)
     parser.set_defaults(command=_dashboard)
+    add_examples(
+        parser,
+        ("crcolony dashboard --web", "all colonies of this machine, in a browser"),
+        (
+            "crcolony dashboard --native --connect tcp/10.0.0.1:7447",
+            "those of another machine, in Rerun's window",
+        ),
+    )
 
 
 def _dashboard(options: argparse.Namespace) -> int:
@@ -62,12 +70,18 @@ def _dashboard(options: argparse.Namespace) -> int:
         raise UsageError("--no-recording cannot be used with --out")
     from crcolony_dashboards.live import DashboardOptions, run_dashboard
 
+    from crcolony.storage.claimed_folder import check_folder, make_numbered_folder
+
+    if options.out is not None:
+        check_folder(options.out, "dashboard")
     run_dashboard(
         DashboardOptions(
             network=network_of(options),
             colony=options.colony,
             port=options.port or _usual_or_free(LIVE_PORT),
-            folder=None if options.no_recording else options.out or new_folder(),
+            folder=options.out,
+            new_folder=make_numbered_folder,
+            records=not options.no_recording,
             web_port=options.web_port or _usual_or_free(WEB_PORT) if options.web else None,
             native=options.native,
             agent=options.agent,

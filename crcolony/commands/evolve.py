@@ -3,11 +3,14 @@
 import argparse
 from pathlib import Path
 
+from crcolony.commands.earlier_run import Start, add_from
 from crcolony.commands.options import (
     UsageError,
     add_config,
+    add_examples,
+    add_no_plots,
     check_minutes,
-    new_folder,
+    load_config,
     print_if_compiling,
     settings_of,
 )
@@ -16,7 +19,10 @@ from crcolony.commands.options import (
 def add_evolve(evolve: argparse.ArgumentParser) -> None:
     """Add the options of `crcolony evolve`."""
     add_config(evolve)
-    evolve.add_argument("--robots", type=int, metavar="N", help="robots in the arena (default 4)")
+    add_from(evolve)
+    evolve.add_argument(
+        "-n", "--robots", type=int, metavar="N", help="robots in the arena (default 4)"
+    )
     evolve.add_argument(
         "--selection",
         choices=("implicit", "central"),
@@ -25,21 +31,44 @@ def add_evolve(evolve: argparse.ArgumentParser) -> None:
     evolve.add_argument(
         "--out", type=Path, metavar="DIR", help="results folder; default: the next free runs/N"
     )
-    evolve.add_argument("--resume", action="store_true", help="resume the run in --out")
+    evolve.add_argument(
+        "--resume",
+        action="store_true",
+        help="resume the run in --out; with --generations N a finished one goes on to its Nth",
+    )
     evolve.add_argument("--minutes", type=float, metavar="M", help="stop after so many minutes")
+    add_no_plots(evolve)
     evolve.add_argument(
         "--seeds", type=int, metavar="N", help="N runs on all cores, with seeds from --seed on"
     )
     evolve.add_argument(
         "--compare",
         action="store_true",
-        help="with --seeds: also run central selection and no shaping, and compare them",
+        help="with --seeds: also run central selection, no shaping, and conception that ignores energy, and compare",
     )
     evolve.set_defaults(command=_evolve)
+    add_examples(
+        evolve,
+        (
+            "crcolony evolve -n 8 --generations 100 --seed 3",
+            "a hundred generations of eight robots",
+        ),
+        (
+            "crcolony evolve --set life.agents=10 --out runs/small",
+            "another setting; all are printed by: crcolony config",
+        ),
+        (
+            "crcolony evolve --resume --out runs/small --generations 500",
+            "go on with that run to generation 500",
+        ),
+        (
+            "crcolony evolve --seeds 20 --compare --out runs/thesis",
+            "the thesis' comparison, with statistics",
+        ),
+    )
 
 
 def _evolve(options: argparse.Namespace) -> int:
-    from crcolony.config import load
 
     check_minutes(options.minutes)
     if options.seeds is not None:
@@ -51,38 +80,47 @@ def _evolve(options: argparse.Namespace) -> int:
     from crcolony.in_process.progress_display import run_in_terminal
     from crcolony.in_process.run import start_run
 
-    config = load(options.config, settings_of(options))
-    print_if_compiling()
-    return run_in_terminal(*start_run(options.out or new_folder(), config), minutes=options.minutes)
+    start = Start(options, "evolve")
+    if options.robots is None and start.earlier is not None:
+        options.robots = len(start.earlier.subpopulations)
+    config = load_config(start.config_file(options), settings_of(options))
+    beginning = start.beginning(config, config.robots)
+    results, colony = start_run(options.out, config, beginning)
+    return run_in_terminal(results, colony, options.minutes, options.has_plots)
 
 
 def _resume(options: argparse.Namespace) -> int:
     if options.out is None:
         raise UsageError("--resume needs --out, the folder of the run")
+    if options.from_run is not None:
+        raise UsageError("--resume goes on with the robots in --out: it cannot be used with --from")
+    generations, options.generations = options.generations, None
     if options.config is not None or settings_of(options):
         raise UsageError(
-            "--resume uses the config of the folder: it cannot be used with other settings"
+            "--resume uses the config of the folder: of all settings it can be used with --generations only"
         )
     from crcolony.in_process.progress_display import run_in_terminal
     from crcolony.in_process.run import resume_run
 
-    print_if_compiling()
-    return run_in_terminal(*resume_run(options.out), minutes=options.minutes)
+    results, colony = resume_run(options.out, generations)
+    return run_in_terminal(results, colony, options.minutes, options.has_plots)
 
 
 def _evolve_seeds(options: argparse.Namespace) -> int:
-    from crcolony.config import load
     from crcolony.experiments.paper3_survival import run_survival
 
     if options.seeds < 1:
         raise UsageError(f"--seeds {options.seeds}: must be at least 1")
     if options.minutes is not None:
         raise UsageError("--minutes cannot be used with --seeds")
+    if options.from_run is not None:
+        raise UsageError(
+            "--from cannot be used with --seeds: such runs begin with random genotypes"
+        )
     if options.resume and options.out is None:
         raise UsageError("--resume needs --out, the folder of the run")
-    config = load(options.config, settings_of(options))
+    config = load_config(options.config, settings_of(options))
     if config.generations == 0:
         raise UsageError("--generations 0 cannot be used with --seeds: such a run has no end")
-    out = options.out or new_folder()
     print_if_compiling()
-    return run_survival(config, options.seeds, out, options.compare, options.resume)
+    return run_survival(config, options.seeds, options.out, options.compare, options.resume)

@@ -4,6 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from crcolony.commands.options import add_examples
 from crcolony.errors import EXIT_OK
 
 
@@ -19,12 +20,19 @@ def add_export(parser: argparse.ArgumentParser) -> None:
         "--out", type=Path, metavar="DIR", help="output folder; default: FOLDER/parquet"
     )
     parser.set_defaults(command=_export)
+    add_examples(
+        parser,
+        ("crcolony export runs/1", "into runs/1/parquet"),
+    )
 
 
 def _export(options: argparse.Namespace) -> int:
     from crcolony.recordings.export import export
+    from crcolony.storage.claimed_folder import check_output_folder
 
     folder = options.folder if options.folder.is_dir() else options.folder.parent
+    if options.out is not None:
+        check_output_folder(options.out)
     for path in export(
         options.folder, options.out or folder / "parquet", print_line=_print_warning
     ):

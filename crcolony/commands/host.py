@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from crcolony.commands.earlier_run import Start, add_from
 from crcolony.commands.network_options import (
     add_clock,
     add_names,
@@ -11,50 +12,61 @@ from crcolony.commands.network_options import (
     network_of,
     wall_period_s,
 )
-from crcolony.commands.options import (
-    add_config,
-    new_folder,
-    print_if_compiling,
-)
+from crcolony.commands.options import add_config, add_examples, add_no_plots
 from crcolony.errors import EXIT_OK
 
 
 def add_host(parser: argparse.ArgumentParser) -> None:
     """Add the options of `crcolony host`."""
     add_config(parser)
+    add_from(parser)
     add_names(parser)
     parser.add_argument(
-        "-n", type=int, default=20, metavar="N", help="robots in this process (default 20)"
+        "-n",
+        type=int,
+        metavar="N",
+        help="robots in this process; default: as many as in --from or --out, or else 20",
     )
     parser.add_argument(
         "--robots", type=int, metavar="N", help="slots for bodies in the arena; default: -n plus 8"
     )
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="results folder; default: the next free runs/N"
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="results folder, or that of a host to go on with; default: the next free runs/N",
     )
     parser.add_argument("--minutes", type=float, metavar="M", help="stop after so many minutes")
+    add_no_plots(parser)
     add_clock(parser)
     add_network(parser)
     parser.set_defaults(command=_host)
+    add_examples(
+        parser,
+        ("crcolony host -n 200 --minutes 10", "two hundred robots in one process, in real time"),
+        ("crcolony host -n 20 --lockstep --generations 50", "as fast as possible"),
+    )
 
 
 def _host(options: argparse.Namespace) -> int:
+    from crcolony.results.colony_folder import open_colony_folder
     from crcolony.runtime.start_host import HostOptions, run_host
 
-    config = config_for_robots(options, spare_slots=8)
+    start = Start(options, "host")
+    config = config_for_robots(options, start, usual=20, spare_slots=8)
     period_s = wall_period_s(options, config.arena.control_period_s)
     network = network_of(options, listens_here=True)
-    print_if_compiling()
-    run_host(
-        HostOptions(
+    beginning = start.beginning(config, options.n)
+    with open_colony_folder(options.out, "host", config, beginning) as folder:
+        host = HostOptions(
             config=config,
             count=options.n,
-            folder=options.out or new_folder(),
             colony=options.colony,
             arena=options.arena,
             network=network,
             wall_period_s=period_s,
             minutes=options.minutes,
+            has_plots=options.has_plots,
         )
-    )
+        run_host(host, folder)
     return EXIT_OK

@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING
 from crcolony.commands.options import (
     UsageError,
     check_minutes,
+    load_config,
     settings_of,
 )
 
 if TYPE_CHECKING:
+    from crcolony.commands.earlier_run import Start
     from crcolony.config import Config
     from crcolony.transport.zenoh_session import NetworkSettings
 
@@ -24,7 +26,8 @@ def add_network(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="ENDPOINT",
-        help="endpoint of a peer or router to connect to, as in tcp/10.0.0.1:7447; may be repeated",
+        help="endpoint of a peer or router to connect to, as in tcp/10.0.0.1:7447 or"
+        " tcp/[fe80::1]:7447; may be repeated",
     )
     parser.add_argument(
         "--listen",
@@ -49,9 +52,10 @@ def add_network(parser: argparse.ArgumentParser) -> None:
 def network_of(options: argparse.Namespace, listens_here: bool = False) -> "NetworkSettings":
     """Return the network settings of the options; without any, processes of one machine find each other.
 
-    A process that `listens_here` listens on this machine's default endpoint, others connect to it. Raises UsageError.
+    A process that `listens_here` listens on this machine's default endpoint, others connect to it. Raises UsageError,
+    and NetworkError for a text that is no endpoint.
     """
-    from crcolony.transport.zenoh_session import HERE, NetworkSettings
+    from crcolony.transport.zenoh_session import HERE, NetworkSettings, check_endpoints
 
     if options.client and (options.listen or options.interface):
         raise UsageError("--client cannot be used with --listen or --interface")
@@ -61,12 +65,14 @@ def network_of(options: argparse.Namespace, listens_here: bool = False) -> "Netw
         listen = [HERE]
     elif is_bare or (options.client and not connect):
         connect = [HERE]
-    return NetworkSettings(
+    network = NetworkSettings(
         role="client" if options.client else "peer",
         connect=tuple(connect),
         listen=tuple(listen),
         interface=options.interface,
     )
+    check_endpoints(network)
+    return network
 
 
 def add_names(parser: argparse.ArgumentParser) -> None:
@@ -112,20 +118,27 @@ def check_names(options: argparse.Namespace) -> None:
             raise UsageError(f"--{option} {name!r}: {NAME_RULE}")
 
 
-def config_for_robots(options: argparse.Namespace, spare_slots: int) -> "Config":
+def config_for_robots(
+    options: argparse.Namespace, start: "Start", usual: int, spare_slots: int
+) -> "Config":
     """Return the config for `-n` robots, for which an arena of this machine must have enough slots.
 
-    Without --robots the arena has `spare_slots` more than robots. Raises UsageError or ConfigError.
+    Without -n there are as many robots as the command starts from, or the `usual` number; without --robots the arena
+    has `spare_slots` more than robots, or what it had. Raises UsageError, ConfigError, or OpenFilesError for more
+    robots than may open their files here.
     """
-    from crcolony.config import load
+    from crcolony.transport.open_files import allow_open_files
 
     check_names(options)
     check_minutes(options.minutes)
+    if options.n is None:
+        options.n = start.robots(usual)
     if options.n < 1:
         raise UsageError(f"-n {options.n}: must be at least 1")
-    if options.robots is None:
+    if options.robots is None and (start.folder is None or options.config is not None):
         options.robots = options.n + spare_slots
-    config = load(options.config, settings_of(options))
+    config = load_config(start.config_file(options), settings_of(options))
+    allow_open_files(options.n)
     has_own_arena = not getattr(options, "robots_only", False)
     if has_own_arena and config.robots < options.n:
         raise UsageError(f"-n {options.n}: the arena has {config.robots} slots (--robots)")

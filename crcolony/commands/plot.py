@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from crcolony.commands.options import UsageError
+from crcolony.commands.options import UsageError, add_examples
 from crcolony.errors import EXIT_OK
 
 _FORMATS = ("pdf", "svg", "png")
@@ -28,6 +28,14 @@ def add_plot(parser: argparse.ArgumentParser) -> None:
         help=f"one or more of {', '.join(_FORMATS)}, separated by commas; default: pdf,png",
     )
     parser.set_defaults(command=_plot)
+    add_examples(
+        parser,
+        ("crcolony plot runs/1", "into runs/1/plots, as PDF and PNG"),
+        (
+            "crcolony plot runs/a runs/b --out figures --format svg",
+            "several runs; those that differ by seed are averaged",
+        ),
+    )
 
 
 def _plot(options: argparse.Namespace) -> int:
@@ -41,7 +49,10 @@ def _plot(options: argparse.Namespace) -> int:
         raise UsageError("several folders: --out is needed, the folder for the figures")
     from crcolony.results.plots import draw_conditions
     from crcolony.results.plots.conditions import read_conditions
+    from crcolony.storage.claimed_folder import check_output_folder
 
+    if options.out is not None:
+        check_output_folder(options.out)
     conditions = read_conditions(options.folders)
     for condition in conditions:
         print(condition.describe())

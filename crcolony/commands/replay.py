@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from crcolony.commands.options import UsageError
+from crcolony.commands.options import UsageError, add_examples
 from crcolony.errors import EXIT_OK
 
 
@@ -41,6 +41,14 @@ def add_replay(parser: argparse.ArgumentParser) -> None:
         "--native", action="store_true", help="open it in the native viewer of Rerun"
     )
     parser.set_defaults(command=_replay)
+    add_examples(
+        parser,
+        ("crcolony replay runs/1 --native", "a run from its first generation to its last"),
+        (
+            "crcolony replay runs/1 --generations 0,100,249 --seconds 60",
+            "a minute of the arena in each of three",
+        ),
+    )
 
 
 def _replay(options: argparse.Namespace) -> int:

@@ -3,11 +3,13 @@
 import argparse
 from pathlib import Path
 
+from crcolony.commands.earlier_run import Start, add_from
 from crcolony.commands.network_options import add_names, add_network, check_names, network_of
 from crcolony.commands.options import (
     UsageError,
     add_config,
-    print_if_compiling,
+    add_examples,
+    load_config,
     settings_of,
 )
 from crcolony.errors import EXIT_OK
@@ -16,6 +18,7 @@ from crcolony.errors import EXIT_OK
 def add_robot(parser: argparse.ArgumentParser) -> None:
     """Add the options of `crcolony robot`."""
     add_config(parser)
+    add_from(parser)
     add_names(parser)
     parser.add_argument(
         "--key",
@@ -49,10 +52,17 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
     )
     add_network(parser)
     parser.set_defaults(command=_robot)
+    add_examples(
+        parser,
+        ("crcolony robot --out runs/robot", "in the arena of this machine"),
+        (
+            "crcolony robot --out runs/robot --connect tcp/10.0.0.1:7447",
+            "in the arena of another machine",
+        ),
+    )
 
 
 def _robot(options: argparse.Namespace) -> int:
-    from crcolony.config import load
     from crcolony.runtime.start_robot import RobotOptions, run_robot
 
     check_names(options)
@@ -60,9 +70,9 @@ def _robot(options: argparse.Namespace) -> int:
         raise UsageError("--repeatable needs --number")
     if not 0.1 <= options.snapshot <= 86_400:
         raise UsageError(f"--snapshot {options.snapshot:g}: must be from 0.1 to 86400 seconds")
-    config = load(options.config, settings_of(options))
+    start = Start(options, "robot")
+    config = load_config(start.config_file(options), settings_of(options))
     network = network_of(options)
-    print_if_compiling()
     run_robot(
         RobotOptions(
             config=config,
@@ -75,6 +85,7 @@ def _robot(options: argparse.Namespace) -> int:
             is_repeatable=options.repeatable,
             allow=options.allow,
             snapshot_s=options.snapshot,
+            beginning=start.beginning(config, 1),
         )
     )
     return EXIT_OK

@@ -3,9 +3,7 @@
 import argparse
 
 from crcolony.commands.network_options import add_network, network_of
-from crcolony.commands.options import (
-    UsageError,
-)
+from crcolony.commands.options import UsageError, add_examples
 from crcolony.errors import EXIT_OK
 
 
@@ -13,6 +11,13 @@ def add_router(parser: argparse.ArgumentParser) -> None:
     """Add the options of `crcolony router`."""
     add_network(parser)
     parser.set_defaults(command=_router)
+    add_examples(
+        parser,
+        (
+            "crcolony router --listen tcp/10.0.0.1:7447",
+            "for robots with --client --connect tcp/10.0.0.1:7447",
+        ),
+    )
 
 
 def _router(options: argparse.Namespace) -> int:

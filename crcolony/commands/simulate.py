@@ -2,7 +2,7 @@
 
 import argparse
 
-from crcolony.commands.options import UsageError, print_if_compiling
+from crcolony.commands.options import UsageError, add_examples, print_if_compiling
 from crcolony.errors import EXIT_OK, EXIT_VIOLATED
 
 _MAX_ROBOTS = 50
@@ -17,10 +17,18 @@ def add_simulate(parser: argparse.ArgumentParser) -> None:
         "--seed", type=int, default=1, metavar="N", help="seed of the first colony (default 1)"
     )
     parser.add_argument(
-        "--robots", type=int, default=5, metavar="N", help="robots in each colony (default 5)"
+        "-n", "--robots", type=int, default=5, metavar="N", help="robots in each colony (default 5)"
     )
     parser.add_argument("--quiet", action="store_true", help="print only violations")
     parser.set_defaults(command=_simulate)
+    add_examples(
+        parser,
+        (
+            "crcolony simulate --seeds 200 --quiet",
+            "two hundred colonies; only violations are printed",
+        ),
+        ("crcolony simulate --seed 17 --seeds 1", "one of them again"),
+    )
 
 
 def _simulate(options: argparse.Namespace) -> int:

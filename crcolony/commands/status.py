@@ -3,7 +3,7 @@
 import argparse
 
 from crcolony.commands.network_options import add_network, network_of
-from crcolony.commands.options import UsageError
+from crcolony.commands.options import UsageError, add_examples
 from crcolony.errors import EXIT_OK
 
 
@@ -16,6 +16,14 @@ def add_status(parser: argparse.ArgumentParser) -> None:
     )
     add_network(parser)
     parser.set_defaults(command=_status)
+    add_examples(
+        parser,
+        ("crcolony status", "the robots of this machine"),
+        (
+            "crcolony status --json --connect tcp/10.0.0.1:7447",
+            "those of another machine, for programs",
+        ),
+    )
 
 
 def _status(options: argparse.Namespace) -> int:

@@ -3,7 +3,7 @@
 import argparse
 
 from crcolony.commands.network_options import add_network, network_of
-from crcolony.commands.options import UsageError
+from crcolony.commands.options import UsageError, add_examples
 
 
 def add_top(parser: argparse.ArgumentParser) -> None:
@@ -12,6 +12,11 @@ def add_top(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=float, metavar="S", help="stop after so many seconds")
     add_network(parser)
     parser.set_defaults(command=_top)
+    add_examples(
+        parser,
+        ("crcolony top", "the colonies of this machine"),
+        ("crcolony top --connect tcp/10.0.0.1:7447 --colony red", "one colony of another machine"),
+    )
 
 
 def _top(options: argparse.Namespace) -> int:

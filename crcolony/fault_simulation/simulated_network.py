@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from random import Random
-from typing import Literal, Protocol
+from typing import Protocol
 
 from crcolony.fault_simulation.faults import Faults
 from crcolony.protocol.identity import RobotId
@@ -21,6 +21,7 @@ from crcolony.transport.interface import (
     InboundEvent,
     JoinReplyReceived,
     QueryReceived,
+    TelemetryTopic,
 )
 
 Endpoint = bytes
@@ -273,13 +274,14 @@ class SimulatedTransport:
 
         self._network.post((robot, ARENA), QueryReceived("join", robot, request, reply), until_s)
 
+    def request_arena_metadata(self) -> None:
+        """Send nothing: the arena of a simulation has the same settings in every run."""
+
     def publish_action(self, robot: RobotId, action: bytes) -> None:
         """Publish an action."""
         self._network.post((robot, ARENA), ActionReceived(robot, action))
 
-    def publish_telemetry(
-        self, robot: RobotId, topic: Literal["state", "event"], data: bytes
-    ) -> None:
+    def publish_telemetry(self, robot: RobotId, topic: TelemetryTopic, data: bytes) -> None:
         """Publish telemetry, to the checker."""
         self._count_operation()
         self._on_published(robot, topic, data)

@@ -13,6 +13,7 @@ import numpy as np
 from crcolony.body import contract
 from crcolony.compiled import FloatArray, compiled
 from crcolony.config import Config
+from crcolony.evolution.founders import Founders
 from crcolony.evolution.history import Died, Event, Mated, TurnedOver, birth_event
 from crcolony.evolution.lineage import Birth
 from crcolony.in_process.central_selection import CentralSelection
@@ -50,9 +51,17 @@ def run_ticks(
 
 
 class InProcessColony:
-    """Robots in an arena, in this process. `on_event` is called with every event of the history, in order."""
+    """Robots in an arena, in this process. `on_event` is called with every event of the history, in order.
 
-    def __init__(self, config: Config, on_event: Callable[[Event], None]) -> None:
+    The robots begin with `founders`; None: with random genotypes.
+    """
+
+    def __init__(
+        self,
+        config: Config,
+        on_event: Callable[[Event], None],
+        founders: Founders | None = None,
+    ) -> None:
         self.config = config
         self.tick = 0
         self.generation = 0
@@ -61,6 +70,7 @@ class InProcessColony:
             config,
             [str(row) for row in range(config.robots)],
             numbered_streams(config.seed, 0, config.robots),
+            founders,
         )
         self.schema = self.robots[0].subpopulation.schema
         self.actions = np.zeros((config.robots, contract.ACTION_WIDTH))
@@ -77,6 +87,10 @@ class InProcessColony:
         """Give every robot its first generation."""
         for robot in self.robots:
             self._report_births(robot.row, robot.start())
+
+    def compile(self) -> None:
+        """Compile the control step if that has not been done yet, which takes about a minute; nothing else changes."""
+        run_ticks(self.arena.world, self.batch, self.parameters, self.actions, 0)
 
     def run(self, most_ticks: int) -> None:
         """Run `most_ticks` ticks, or until a generation ends, whichever is first."""

@@ -5,11 +5,14 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from crcolony.config import Config, ConfigError
+from crcolony.config import Config, ConfigError, load
+from crcolony.evolution.founders import Founders
 from crcolony.in_process.colony import InProcessColony
-from crcolony.results.run_folder import RunFolder
+from crcolony.results.run_folder import CHECKPOINT_FILE, RunFolder
 from crcolony.robot.batch import weight_bytes
+from crcolony.storage.checkpoint import CheckpointError, read_checkpoint
 from crcolony.storage.files import FolderError
+from crcolony.storage.founders_file import Beginning
 
 _CHUNK_ROBOT_STEPS = 30_000
 """Robot-steps between two checks of the clock and of a request to stop: some hundredths of a second."""
@@ -54,28 +57,54 @@ def is_finished(colony: InProcessColony) -> bool:
     return 0 < colony.config.generations <= colony.generation
 
 
-def start_run(folder: Path, config: Config) -> tuple[RunFolder, InProcessColony]:
-    """Start a run in a new folder; when this raises ConfigError or FolderError, no folder is left behind."""
-    results = RunFolder(folder, config)
-    colony = _new_colony(results)
-    colony.start()
-    results.create(colony.save())
+def start_run(
+    folder: Path | None, config: Config, beginning: Beginning | None = None
+) -> tuple[RunFolder, InProcessColony]:
+    """Start a run in a new folder (None: the next free runs/N), with robots of an earlier run or random ones.
+
+    When this raises ConfigError or FolderError, no folder is left behind.
+    """
+    results = RunFolder.claim(folder, config)
+    try:
+        colony = _new_colony(results, beginning.founders if beginning else None)
+        colony.start()
+        results.create(colony.save(), beginning)
+    except BaseException:  # Ctrl-C too
+        results.discard()
+        raise
     return results, colony
 
 
-def resume_run(folder: Path) -> tuple[RunFolder, InProcessColony]:
-    """Resume a run from its checkpoint; raises FolderError if the checkpoint does not fit the config."""
-    results, saved = RunFolder.resume(folder)
-    colony = _new_colony(results)
+def resume_run(folder: Path, generations: int | None = None) -> tuple[RunFolder, InProcessColony]:
+    """Resume a run from its checkpoint, with `generations` to that many, though it had fewer when it began.
+
+    Raises FolderError if the checkpoint does not fit the config, or is of a later generation.
+    """
+    results, saved = RunFolder.resume(folder, generations)
     try:
+        colony = _new_colony(results)
         colony.restore(saved)
     except (IndexError, KeyError, TypeError, ValueError) as error:
         results.close()
-        raise FolderError(f"{folder / 'checkpoint.npz'}: does not fit: {error}") from None
+        raise FolderError(f"{folder / CHECKPOINT_FILE}: does not fit: {error}") from None
     return results, colony
 
 
-def _new_colony(results: RunFolder) -> InProcessColony:
+def read_colony(folder: Path) -> InProcessColony:
+    """Return the colony of a run's last checkpoint; it lives outside the folder, which stays as it is.
+
+    Raises FolderError or ConfigError.
+    """
+    path = folder / "checkpoint.npz"
+    try:
+        colony = InProcessColony(load(folder / "config.toml"), lambda _: None)
+        colony.restore(read_checkpoint(path))
+    except (OSError, CheckpointError, IndexError, KeyError, TypeError, ValueError) as error:
+        raise FolderError(f"{path}: holds no colony: {error}") from None
+    return colony
+
+
+def _new_colony(results: RunFolder, founders: Founders | None = None) -> InProcessColony:
     config = results.config
     needed = 2 * weight_bytes(
         config.robots, config.learning, config.life
@@ -87,6 +116,6 @@ def _new_colony(results: RunFolder) -> InProcessColony:
             f" {needed / 1e9:.0f} GB of memory, this machine has {present / 1e9:.0f}"
         )
     try:
-        return InProcessColony(config, results.add_event)
+        return InProcessColony(config, results.add_event, founders)
     except ValueError as error:
         raise ConfigError(str(error)) from None

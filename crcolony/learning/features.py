@@ -5,6 +5,7 @@ N tilings, where every value is 1, and all n for an RBF network. A linear value 
 is then the sum of a few products, and by eq. 2.20 the values are also its gradient.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Protocol, Self
 
@@ -63,6 +64,15 @@ def uniform_offsets(tilings: int, dimensions: int) -> FloatArray:
         raise ValueError(f"need a tiling and a dimension, got {tilings} and {dimensions}")
     multiples = np.outer(np.arange(tilings), 2 * np.arange(dimensions) + 1)
     return np.asarray((multiples % tilings) / tilings, dtype=np.float64)
+
+
+def distinct_offsets(tilings: int, axis: int) -> int:
+    """Return how many different displacements `uniform_offsets` has along an axis (0 is the first).
+
+    It is `tilings` unless they share a factor with the axis' multiple: 6 tilings are displaced by
+    only 2 different offsets along the second axis, and tell apart a third of the states there.
+    """
+    return tilings // math.gcd(2 * axis + 1, tilings)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,10 +10,12 @@ import msgspec
 
 from crcolony.body.settings import CyberRodent
 from crcolony.errors import CrcolonyError
+from crcolony.nodes.arena_changes import ArenaChanges
 from crcolony.nodes.link_recovery import LinkRecovery
 from crcolony.nodes.node_inputs import EmbodimentOptions, ProcessCallbacks
 from crcolony.nodes.reported_settings import settings_of_robot
 from crcolony.nodes.robot_node import RobotNode
+from crcolony.nodes.waiting_for_body import WaitingForBody
 from crcolony.protocol.body_messages import (
     Action,
     BodyGranted,
@@ -28,6 +30,7 @@ from crcolony.protocol.codec import VERSION, WireError, encode
 from crcolony.protocol.telemetry_messages import decode_scene
 from crcolony.robot.batch import step_parameters
 from crcolony.transport.interface import (
+    ArenaMetadataReceived,
     ArenaOffline,
     ArenaOnline,
     EnvelopeReceived,
@@ -47,8 +50,6 @@ _STATE_DELAY_S = 0.1
 _JOIN_RETRY_S = 1.0
 _OBSERVATION_TIMEOUT_S = 3.0
 """Without an observation for this long a robot requests its body again."""
-_COMPLAINT_PERIOD_S = 30.0
-"""The shortest time between two reports that there is no body."""
 
 
 class DuplicateIdentityError(CrcolonyError):
@@ -76,13 +77,15 @@ class EmbodiedRobot:
         """The same once it is published; in lockstep an open mating delays it"""
         self._tick = -1
         self._observed_s = self._join_due_s = self._state_due_s = -math.inf
-        self._snapshot_due_s = self._complaint_due_s = math.inf
+        self._snapshot_due_s = math.inf
+        self._waiting = WaitingForBody(options.arena)
+        self._arena_changes = ArenaChanges()
         node.telemetry.settings = settings_of_robot(self._config, self._config.body)
 
     def start(self, now_s: float) -> None:
         """Start the robot; raises StorageError if the stored one does not fit."""
         self._snapshot_due_s = now_s + self._options.snapshot_s
-        self._complaint_due_s = now_s + _OBSERVATION_TIMEOUT_S
+        self._waiting.start(now_s)
         self.node.start(now_s)
 
     def release_body(self) -> None:
@@ -143,12 +146,14 @@ class EmbodiedRobot:
                 )
             case JoinReplyReceived(reply=reply):
                 self._handle_join_reply(now_s, reply)
+            case ArenaMetadataReceived(metadata=metadata) if self._body_lease:
+                self._handle_arena_metadata(metadata, self._body_lease.arena_run)
             case ArenaOnline():
                 self._request_body(now_s)
             case ArenaOffline(arena_run=run) if (
                 self._body_lease and run == self._body_lease.arena_run
             ):
-                self._lose_body("the arena is offline")
+                self._lose_body()
             case QueryReceived(topic="history", payload=payload, reply=send_reply):
                 node.reply_history(payload, send_reply)
             case QueryReceived(topic="metadata", payload=payload, reply=send_reply):
@@ -163,17 +168,17 @@ class EmbodiedRobot:
             join = Join(self.node.id, self.node.colony, self._options.wanted_slot)
             self._transport.request_body(self.node.id, encode(join))
 
-    def _report_no_body(self, now_s: float, why: str) -> None:
-        """Report at intervals that the robot has no body."""
-        if self._body_lease is None and now_s >= self._complaint_due_s:
-            self._complaint_due_s = now_s + _COMPLAINT_PERIOD_S
-            self.report_fault(why)
+    def _print_waiting(self, now_s: float) -> None:
+        line = self._waiting.line_due(now_s) if self._body_lease is None else None
+        if line is not None:
+            self._process.print_line(line)
 
     def _handle_join_reply(self, now_s: float, data: bytes) -> None:
         try:
             reply = decode_join_reply(data)
             if not isinstance(reply, BodyGranted):
-                self._report_no_body(now_s, f"no body: arena {self._arena} is {reply.reason}")
+                self._waiting.handle_denial(reply.reason)
+                self._print_waiting(now_s)
                 return
             body = msgspec.json.decode(reply.body, type=CyberRodent)
         except (WireError, msgspec.DecodeError) as error:
@@ -182,6 +187,7 @@ class EmbodiedRobot:
         node = self.node
         if self._body_lease is None or reply.arena_run != self._body_lease.arena_run:
             self._process.print_line(f"has body {reply.slot} in arena {self._arena}")
+            self._transport.request_arena_metadata()
             self._tick = -1
         self._tick = min(self._tick, reply.tick)  # an observation of a later tick was forged
         self._body_lease, self._observed_s = reply, now_s
@@ -192,8 +198,17 @@ class EmbodiedRobot:
         node.robot.set_parameters(step_parameters(self._config.learning, self._config.life, body))
         node.telemetry.settings = settings_of_robot(self._config, body)
 
-    def _lose_body(self, why: str) -> None:
-        self.report_fault(f"{why}; waiting for arena {self._arena}")
+    def _handle_arena_metadata(self, data: bytes, arena_run: int) -> None:
+        try:
+            changes = self._arena_changes.handle_metadata(data, arena_run)
+        except WireError as error:
+            self.report_fault(f"arena {self._arena}: malformed metadata: {error}")
+        else:
+            if changes is not None:
+                self._process.print_line(changes)
+
+    def _lose_body(self) -> None:
+        self._process.print_line(self._waiting.handle_loss())
         self._body_lease, self.node.arena = None, ""
 
     def _handle_observation(self, now_s: float, data: bytes) -> None:
@@ -250,9 +265,11 @@ class EmbodiedRobot:
         if now_s >= self._state_due_s:
             self._state_due_s = now_s + self._options.state_period_s
             node.publish_state(self._process.count_dropped())
+            if self._body_lease is None:
+                node.telemetry.publish_activity(self._waiting.reason)
         if now_s >= self._join_due_s and now_s >= self._observed_s + _OBSERVATION_TIMEOUT_S:
             self._request_body(now_s)
-            self._report_no_body(now_s, f"no body yet; waiting for arena {self._arena}")
+            self._print_waiting(now_s)
         self._links.remove_expired(now_s)
         self._transport.subscribe_scene(self._links.needs_scene)
         duplicate = node.peers.duplicate_session(now_s)

@@ -9,7 +9,9 @@ from crcolony.nodes.node_inputs import UnixClock
 from crcolony.protocol.codec import WireError, encode
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import (
+    MAX_ACTIVITY_CHARACTERS,
     MAX_REPORTED_PEERS,
+    Activity,
     Fault,
     RobotEvent,
     RobotMetadata,
@@ -66,6 +68,11 @@ class TelemetryPublisher:
     def publish_state(self, state: RobotState) -> None:
         """Publish the state of the robot."""
         self._transport.publish_telemetry(self._robot, "state", encode(state))
+
+    def publish_activity(self, doing: str) -> None:
+        """Publish what the robot does while it has no body."""
+        activity = Activity(self.unix_ms, doing[:MAX_ACTIVITY_CHARACTERS], 0, 0)
+        self._transport.publish_telemetry(self._robot, "activity", encode(activity))
 
     def report_fault(self, tick: int, what: str) -> None:
         """Count a fault of the outside by the text before its first colon, and publish it unless there are too many."""

@@ -7,6 +7,7 @@ libsodium (PyNaCl), which signs in 31 and verifies in 65 microseconds; OpenSSL t
 import hashlib
 import os
 import secrets
+import tempfile
 from pathlib import Path
 
 from nacl import bindings
@@ -21,6 +22,9 @@ ID_BYTES = 16
 SEED_BYTES = 32
 KEY_BYTES = 32
 SIGNATURE_BYTES = 64
+
+_OTHERS = 0o077
+"""The bits of a file's mode that are for others than its owner."""
 
 
 class IdentityError(CrcolonyError):
@@ -56,17 +60,20 @@ def is_signed(content: bytes, signature: bytes, public_key: bytes) -> bool:
     return True
 
 
-def seeded(colony: str, seed: int, number: int) -> Identity:
+def seeded(colony: str, seed: int, number: int, population: str = "") -> Identity:
     """Return the identity of a simulated robot, which colony, seed and number determine: for reproducible runs only.
+
+    So does the digest of the population of an earlier run that the colony begins with, if there is one.
 
     Anyone who knows the seed knows the key. Robots that must not be impersonated get theirs from `create_key`.
     """
-    return Identity(seeded_key(colony, seed, number))
+    return Identity(seeded_key(colony, seed, number, population))
 
 
-def seeded_key(colony: str, seed: int, number: int) -> bytes:
+def seeded_key(colony: str, seed: int, number: int, population: str = "") -> bytes:
     """Return the seed of a simulated robot's key, 32 bytes."""
-    content = f"{colony}\n{seed}\n{number}".encode()
+    origin = f"\n{population}" if population else ""
+    content = f"{colony}\n{seed}\n{number}{origin}".encode()
     return hashlib.blake2b(content, digest_size=SEED_BYTES, person=b"crcolony seeded").digest()
 
 
@@ -96,7 +103,10 @@ def write_key(path: Path, seed: bytes) -> None:
 
 
 def load_key(path: Path) -> Identity:
-    """Read a key file; raise IdentityError if it is missing, malformed, or readable for others."""
+    """Read a key file; raise IdentityError if it is missing, malformed, or readable for others.
+
+    Where the disk gives every file to everybody (FAT, a mount of Windows) it is read all the same: `key_warning`.
+    """
     try:
         mode = path.stat().st_mode
         text = path.read_text("ascii").strip()
@@ -104,12 +114,28 @@ def load_key(path: Path) -> Identity:
         raise IdentityError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise IdentityError(f"{path}: not a key: expected 64 hex digits") from None
-    if mode & 0o077:
+    if mode & _OTHERS and keeps_modes(path.parent):
         raise IdentityError(f"{path}: others may read this key; chmod 600 {path}")
     try:
         return Identity(bytes.fromhex(text))
     except ValueError:
         raise IdentityError(f"{path}: not a key: expected 64 hex digits") from None
+
+
+def key_warning(path: Path) -> str | None:
+    """Return what a person should know of a key in use: that it lies where others may read it, whatever its mode."""
+    if not path.stat().st_mode & _OTHERS:
+        return None
+    return f"{path}: this disk keeps no permissions: whoever can read it can take this robot's identity"
+
+
+def keeps_modes(folder: Path) -> bool:
+    """Return whether a file that is made here for its owner alone stays so; True if none can be made."""
+    try:
+        with tempfile.TemporaryFile(dir=folder) as probe:
+            return not os.fstat(probe.fileno()).st_mode & _OTHERS
+    except OSError:
+        return True
 
 
 class AllowList:

@@ -22,6 +22,7 @@ class ColonyKeys:
         """Tokens of every version of the protocol"""
         self.all_states = f"{self._root}/state/*"
         self.all_events = f"{self._root}/event/*"
+        self.all_activities = f"{self._root}/activity/*"
 
     def alive(self, robot: RobotId, incarnation: int, session: str) -> str:
         """Return the key of a robot's liveliness token."""
@@ -38,6 +39,10 @@ class ColonyKeys:
     def event(self, robot: RobotId) -> str:
         """Return the key to which a robot publishes its events."""
         return f"{self._root}/event/{robot.hex()}"
+
+    def activity(self, robot: RobotId) -> str:
+        """Return the key to which a robot publishes what it does while it has no body."""
+        return f"{self._root}/activity/{robot.hex()}"
 
     def history(self, robot: RobotId) -> str:
         """Return the key under which a robot replies with missed events."""
@@ -57,11 +62,17 @@ class ArenaKeys:
         self.join = f"{self._root}/join"
         self.scene = f"{self._root}/scene"
         self.metadata = f"{self._root}/metadata"
+        self.activity = f"{self._root}/activity"
         self.all_actions = f"{self._root}/body/*/action"
+        self.stop = f"{self._root}/stop"
 
     def alive(self, arena_run: int, session: str) -> str:
         """Return the key of an arena run's liveliness token."""
         return f"{self._root}/alive/{arena_run}/{session}"
+
+    def stoppable(self, session: str) -> str:
+        """Return the key of the liveliness token of a bridge, which answers an emergency stop."""
+        return f"{self._root}/stoppable/{session}"
 
     def observation(self, robot: RobotId) -> str:
         """Return the key to which a body's observations are published."""
@@ -80,6 +91,9 @@ def observer(session: str) -> str:
 ALL_ROBOTS_ALIVE = f"{ROOT}/colony/*/alive/*/*/*"
 ALL_ARENAS_ALIVE = f"{ROOT}/arena/*/alive/*/*"
 ALL_SCENES = f"{ROOT}/arena/*/scene"
+ALL_STOPS = f"{ROOT}/arena/*/stop"
+ALL_STOPPABLE = f"{ROOT}/arena/*/stoppable/*"
+ALL_ARENA_ACTIVITIES = f"{ROOT}/arena/*/activity"
 
 
 _MAX_INCARNATION = 2**32 - 1
@@ -126,8 +140,16 @@ def parse_arena_token(key: str) -> ArenaToken | None:
     return None
 
 
+def parse_stoppable(key: str) -> str | None:
+    """Return the name of the bridge whose token this is, None for other keys."""
+    match chunks(key):
+        case ["arena", arena, "stoppable", session] if _are_names(arena, session):
+            return arena
+    return None
+
+
 def parse_robot_topic(key: str, topic: str) -> tuple[str, RobotId] | None:
-    """Return colony and robot of a key of this topic (state, event, history, metadata), None for other keys."""
+    """Return colony and robot of a key of this topic (state, event, activity …), None for other keys."""
     match chunks(key):
         case ["colony", colony, found, name] if found == topic and _are_names(colony):
             robot = parse_robot_id(name)
@@ -136,7 +158,7 @@ def parse_robot_topic(key: str, topic: str) -> tuple[str, RobotId] | None:
 
 
 def parse_arena_topic(key: str, topic: str) -> str | None:
-    """Return the arena of a key of this topic (scene, metadata), None for other keys."""
+    """Return the arena of a key of this topic (scene, activity, metadata), None for other keys."""
     match chunks(key):
         case ["arena", arena, found] if found == topic and _are_names(arena):
             return arena

@@ -37,6 +37,9 @@ MAX_ROBOT_SETTINGS = 8_192
 MAX_ARENA_SETTINGS = 32_768
 """Characters of an arena's settings as JSON; it may have many obstacles."""
 
+MAX_ACTIVITY_CHARACTERS = 400
+"""Of what a robot or an arena does."""
+
 MAX_SCENE_ITEMS = 4_096
 """Robots, and packs, in one scene."""
 
@@ -136,6 +139,18 @@ class RobotState(Message, frozen=True, tag="state"):
     """Between its last two observations"""
 
 
+class Activity(Message, frozen=True, tag="activity"):
+    """What a robot does before it has a body, or an arena before it has an arena run."""
+
+    unix_ms: UnixMs
+    doing: Annotated[str, Meta(max_length=MAX_ACTIVITY_CHARACTERS)]
+    """For people: compiling the control step, waiting for arena lab"""
+    done: Count
+    """Parts of it that are done"""
+    total: Count
+    """Of how many; 0: unknown"""
+
+
 class HistoryRequest(Message, frozen=True, tag="history_request"):
     """Request of an observer for the events of an incarnation from one number on."""
 
@@ -214,6 +229,7 @@ class Scene(Message, frozen=True, tag="scene"):
 
 decode_event = StrictDecoder[EventMessage](EventMessage, MAX_ENVELOPE_BYTES).decode
 decode_state = StrictDecoder[RobotState](RobotState, MAX_BODY_MESSAGE_BYTES).decode
+decode_activity = StrictDecoder[Activity](Activity, MAX_BODY_MESSAGE_BYTES).decode
 decode_history_request = StrictDecoder[HistoryRequest](
     HistoryRequest, MAX_BODY_MESSAGE_BYTES
 ).decode

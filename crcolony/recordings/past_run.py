@@ -18,6 +18,7 @@ from crcolony.errors import CrcolonyError
 from crcolony.evolution.history import Born, Died, Event, Lived, Mated, TurnedOver
 from crcolony.protocol.identity import ID_BYTES, RobotId, seeded
 from crcolony.storage.files import robot_files_of_run
+from crcolony.storage.folder_record import read_record
 from crcolony.storage.reading import read_stored_robot
 from crcolony.storage.sql import StorageError
 
@@ -51,6 +52,8 @@ class PastRun:
     history_hash: str
     start_unix_ms: int
     """When its folder was created"""
+    population: str = ""
+    """The digest of what its robots began with; empty: random genotypes"""
 
     @property
     def history(self) -> Path:
@@ -60,7 +63,7 @@ class PastRun:
     @property
     def is_repeatable(self) -> bool:
         """Whether it can be re-simulated: its robots are those of an in-process or lockstep colony of this config."""
-        return self.robots == _seeded_robots(self.config, self.colony)
+        return self.robots == _seeded_robots(self.config, self.colony, self.population)
 
 
 def read_run(folder: Path) -> PastRun:
@@ -75,14 +78,16 @@ def read_run(folder: Path) -> PastRun:
         message: dict[str, Any] = json.loads(path.read_text("utf-8"))
         names = message.get("robots")
         colony = COLONY if names is None else _colony_of(folder)
+        population = _population_of(folder)
         return PastRun(
             folder=folder,
             config=config,
             colony=colony,
-            robots=_seeded_robots(config, colony) if names is None else _ids(names),
+            robots=_seeded_robots(config, colony, population) if names is None else _ids(names),
             generations=int(message["generations"]),
             history_hash=str(message["history_hash"]),
             start_unix_ms=int(1000.0 * settings.stat().st_mtime),
+            population=population,
         )
     except OSError as error:
         raise PastRunError(f"{path}: cannot be read: {error.strerror}") from None
@@ -90,8 +95,16 @@ def read_run(folder: Path) -> PastRun:
         raise PastRunError(f"{path}: not a description of a run: {error}") from None
 
 
-def _seeded_robots(config: Config, colony: str) -> tuple[RobotId, ...]:
-    return tuple(seeded(colony, config.seed, number).id for number in range(config.robots))
+def _seeded_robots(config: Config, colony: str, population: str) -> tuple[RobotId, ...]:
+    return tuple(
+        seeded(colony, config.seed, number, population).id for number in range(config.robots)
+    )
+
+
+def _population_of(folder: Path) -> str:
+    """Return the digest of what a run's robots began with; empty: random genotypes."""
+    record = read_record(folder)
+    return record.origin.population if record is not None and record.origin is not None else ""
 
 
 def _ids(names: list[str]) -> tuple[RobotId, ...]:

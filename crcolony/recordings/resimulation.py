@@ -16,6 +16,7 @@ from crcolony.nodes.reported_settings import settings_as_json, settings_of_robot
 from crcolony.protocol.telemetry_messages import MAX_ARENA_SETTINGS
 from crcolony.recordings.past_run import PastRun, PastRunError, read_history
 from crcolony.recordings.synthetic_telemetry import RobotSnapshot, SyntheticTelemetry
+from crcolony.storage.founders_file import read_founders
 from crcolony.telemetry.samples import TelemetrySample
 
 _STATE_PERIOD_S = 0.5
@@ -55,7 +56,7 @@ class _Resimulation:
 
     def __init__(self, run: PastRun, windows: Windows) -> None:
         self._run = run
-        self._windows = _window_generations(windows, run)
+        self._windows = window_generations(windows, run)
         self._events: list[Event] = []
         """Events of the colony without samples yet"""
         self._hash = HistoryHash()
@@ -67,7 +68,8 @@ class _Resimulation:
         self._state_ticks = max(1, round(_STATE_PERIOD_S / period_s))
         self._coarse_ticks = _coarse_state_ticks(run.config, run.generations)
         try:
-            self._colony = InProcessColony(run.config, self._events.append)
+            founders = read_founders(run.folder) if run.population else None
+            self._colony = InProcessColony(run.config, self._events.append, founders)
         except ValueError as error:
             raise ConfigError(f"{run.folder}: {error}") from None
 
@@ -159,7 +161,8 @@ def _initial_samples(synthetic: SyntheticTelemetry, config: Config) -> Iterator[
     return synthetic.initial_samples(settings_of_robot(config, config.body), arena)
 
 
-def _window_generations(windows: Windows, run: PastRun) -> frozenset[int]:
+def window_generations(windows: Windows, run: PastRun) -> frozenset[int]:
+    """Return the generations of a run whose starts are re-simulated with scenes."""
     if windows.generations is not None:
         return windows.generations
     return frozenset((0, max(0, run.generations - 1)))

@@ -1,17 +1,50 @@
 """The telemetry of a run, from wherever it can be had: recorded, re-simulated, or synthesised from its history."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 from crcolony.recordings.past_run import PastRunError, read_run
-from crcolony.recordings.resimulation import Windows, from_history, initial_samples, resimulate
-from crcolony.recordings.telemetry_file import TELEMETRY_FILE, read_samples
+from crcolony.recordings.resimulation import (
+    Windows,
+    from_history,
+    initial_samples,
+    resimulate,
+    window_generations,
+)
+from crcolony.recordings.telemetry_file import TELEMETRY_FILE, last_scene_unix_ms, read_samples
 from crcolony.telemetry.samples import (
     ArenaMetadataSample,
     RobotMetadataSample,
+    SceneSample,
     TelemetrySample,
     parse_sample,
 )
+
+
+@dataclass(frozen=True)
+class Opening:
+    """Where a replay opens: with the first scene that is neither before this time nor before this generation."""
+
+    unix_ms: int = 0
+    generation: int = 0
+
+    def includes(self, scene: SceneSample, generation: int) -> bool:
+        """Return whether a scene of a generation is in the stretch that a replay opens with."""
+        return scene.unix_ms >= self.unix_ms and generation >= self.generation
+
+
+def opening_of(path: Path, windows: Windows) -> Opening:
+    """Return where the replay of a run opens: with the end of its recording, or with the last window.
+
+    Raises the errors of `samples_of`.
+    """
+    file = _recording_in(path)
+    if file is not None:
+        return Opening(unix_ms=last_scene_unix_ms(file) - round(1000.0 * windows.length_s))
+    run = read_run(path)
+    shown = (number for number in window_generations(windows, run) if number <= run.generations)
+    return Opening(generation=max(shown, default=0))
 
 
 def samples_of(path: Path, windows: Windows | None = None) -> Iterator[TelemetrySample]:

@@ -4,6 +4,7 @@ A process that is killed loses the samples since its last commit; the file can b
 When the disk is full the recording ends, and the file stays readable.
 """
 
+import os
 import sqlite3
 from collections.abc import Collection, Iterator
 from contextlib import closing
@@ -19,9 +20,11 @@ from crcolony.recordings.telemetry_schema import (
     insert_offline_samples,
     insert_samples,
     prepare_for_writing,
+    read_last_scene_unix_ms,
     read_version,
 )
-from crcolony.storage.sql import close_as_one_file
+from crcolony.storage.files import FileInUseError, lock_file, lock_of
+from crcolony.storage.sql import StorageError, close_as_one_file
 from crcolony.telemetry.samples import RawSample, SampleKind
 from crcolony.transport.bounded_queue import BoundedQueue
 
@@ -37,11 +40,15 @@ _PAGE_ROWS = 256
 """Rows that are read at a time, so that a slow reader does not block the writer."""
 
 
+class RecordingInUseError(TelemetryError):
+    """Another process records into a file."""
+
+
 class TelemetryFile:
     """Records samples, for one thread; `commit` is to be called about once a second."""
 
-    def __init__(self, path: Path, database: sqlite3.Connection) -> None:
-        self.path = path
+    def __init__(self, path: Path, database: sqlite3.Connection, lock: int) -> None:
+        self.path, self._lock = path, lock
         self._database: sqlite3.Connection | None = database
         self._queue = BoundedQueue[RawSample](_MAX_BYTES // _ROW_BYTES, _MAX_BYTES)
         self._downsampler = Downsampler(SCENE_BYTES_PER_S)
@@ -55,12 +62,30 @@ class TelemetryFile:
     def open(cls, path: Path) -> "TelemetryFile":
         """Create a file, or continue one; raises TelemetryError if it is no telemetry file or cannot be written.
 
+        RecordingInUseError if another process records into it.
         Robots and arenas that were online when an earlier recording ended are recorded as offline first.
         """
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
+            lock = lock_file(path)
+        except OSError as error:
+            raise _cannot_be_written(path, error) from None
+        except FileInUseError as error:
+            raise RecordingInUseError(str(error)) from None
+        except StorageError as error:
+            raise TelemetryError(str(error)) from None
+        try:
+            return cls(path, cls._connect(path), lock)
+        except TelemetryError:
+            os.close(lock)
+            raise
+
+    @staticmethod
+    def _connect(path: Path) -> sqlite3.Connection:
+        """Return the database of a file, whose last recording has ended; raises TelemetryError."""
+        try:
             database = sqlite3.connect(path)
-        except (OSError, sqlite3.Error) as error:
+        except sqlite3.Error as error:
             raise _cannot_be_written(path, error) from None
         try:
             prepare_for_writing(database, path)
@@ -72,7 +97,7 @@ class TelemetryFile:
             if isinstance(error, TelemetryError):
                 raise
             raise _cannot_be_written(path, error) from None
-        return cls(path, database)
+        return database
 
     def add(self, sample: RawSample) -> None:
         """Add a sample; it is on the disk after the next commit. Scenes are downsampled."""
@@ -106,6 +131,8 @@ class TelemetryFile:
         if self._database is not None:
             close_as_one_file(self._database)
             self._database = None
+            lock_of(self.path).unlink(missing_ok=True)
+            os.close(self._lock)
 
 
 def read_samples(path: Path, kinds: Collection[SampleKind] = KINDS) -> Iterator[RawSample]:
@@ -115,9 +142,8 @@ def read_samples(path: Path, kinds: Collection[SampleKind] = KINDS) -> Iterator[
     """
     if not path.is_file():
         raise TelemetryError(f"{path}: no telemetry: there is no such file")
-    uri = f"file:{quote(str(path.absolute()))}?mode=ro"
     try:
-        with closing(sqlite3.connect(uri, uri=True)) as database:
+        with closing(_open_for_reading(path)) as database:
             version = read_version(database, path)
             if version is None:
                 raise TelemetryError(f"{path}: not a telemetry file: it is empty")
@@ -129,6 +155,19 @@ def read_samples(path: Path, kinds: Collection[SampleKind] = KINDS) -> Iterator[
                     yield sample
     except sqlite3.Error as error:
         raise TelemetryError(f"{path}: cannot be read: {error}") from None
+
+
+def last_scene_unix_ms(path: Path) -> int:
+    """Return when the last scene of a recording arrived, 0 if it has none; raises TelemetryError."""
+    try:
+        with closing(_open_for_reading(path)) as database:
+            return read_last_scene_unix_ms(database, path)
+    except sqlite3.Error as error:
+        raise TelemetryError(f"{path}: cannot be read: {error}") from None
+
+
+def _open_for_reading(path: Path) -> sqlite3.Connection:
+    return sqlite3.connect(f"file:{quote(str(path.absolute()))}?mode=ro", uri=True)
 
 
 def _cannot_be_written(path: Path, error: OSError | sqlite3.Error) -> TelemetryError:

@@ -94,6 +94,19 @@ def insert_offline_samples(database: sqlite3.Connection) -> None:
         insert_samples(database, [RawSample("offline", key, b"", unix_ms) for key in keys])
 
 
+def read_last_scene_unix_ms(database: sqlite3.Connection, path: Path) -> int:
+    """Return when the last scene in a file arrived, 0 if there is none; raises TelemetryError, sqlite3.Error."""
+    table = _table(read_version(database, path))
+    (unix_ms,) = database.execute(
+        f"SELECT max(unix_ms) FROM {table} WHERE kind = 'scene'"
+    ).fetchone()
+    return unix_ms if isinstance(unix_ms, int) else 0
+
+
+def _table(version: str | None) -> str:
+    return "heard" if version == "1" else "samples"
+
+
 class SampleQuery:
     """The SQL that reads samples of some kinds from a file of some version, in pages."""
 
@@ -102,8 +115,8 @@ class SampleQuery:
         self._kind_of: dict[object, SampleKind] = {names.get(kind, kind): kind for kind in kinds}
         """By the name that the file has for it"""
         self._page_rows = page_rows
-        table = "heard" if version == "1" else "samples"
         marks = ", ".join("?" * len(kinds))
+        table = _table(version)
         self._sql = f"SELECT rowid, * FROM {table} WHERE rowid > ? AND kind IN ({marks}) ORDER BY rowid LIMIT ?"
 
     def fetch(self, database: sqlite3.Connection, after: int) -> list[tuple[int, RawSample | None]]:

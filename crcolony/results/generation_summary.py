@@ -1,6 +1,10 @@
-"""One row of numbers for each generation: what its agents did, and how their meta-parameters are distributed."""
+"""One row of numbers for each generation: what its agents did, and how their meta-parameters are distributed.
 
-from collections import Counter
+What evolution does to exploration is seen in the effective tau, tau_0 / (1 + k n), that a module ends a lifetime with
+after its n steps: with a decay k that is a gene too, tau_0 itself need not go to 0.
+"""
+
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -8,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crcolony.compiled import FloatArray
+from crcolony.compiled import FloatArray, IntArray
 from crcolony.evolution.history import Born, Died, Event, Lived, Mated
 from crcolony.robot.genes import META_PARAMETERS
-from crcolony.robot.modules import MODULES
+from crcolony.robot.modules import MATING, MODULES
 from crcolony.robot.robot import Robot
 from crcolony.robot.state import Robots
 
@@ -24,6 +28,8 @@ class AgentColumns:
     """The agents of a generation; every array has one entry for each agent, in any shape."""
 
     matings: NDArray[Any]
+    energy_weighted_matings: FloatArray
+    """Sums of the robot's energy over an agent's matings"""
     captures: NDArray[Any]
     energies: FloatArray
     """Means over the steps that an agent lived"""
@@ -32,8 +38,8 @@ class AgentColumns:
     conceptions_per_agent: float
     genotypes: FloatArray | None
     """(..., genes), or None if they are unknown"""
-    mating_share: float | None = None
-    """The share of steps for which the mating module was selected, if it is known"""
+    module_steps: IntArray | None = None
+    """(..., modules) steps for which each module was selected, or None if they are unknown"""
 
 
 def summarise(
@@ -41,8 +47,10 @@ def summarise(
 ) -> dict[str, float]:
     """Return the row of a generation: means over all agents, and the distribution of their meta-parameters.
 
-    `genes` are the names of the schema's genes, in order. `starved` is the share of agents that died;
-    `foraging.alpha q50` and the like are quantiles of a gene over all agents.
+    `genes` are the names of the schema's genes, in order. `energy_weighted_matings` are the conceptions to expect with
+    a conception exponent of 1; `starved` is the share of agents that died; `mating_share` the share of steps for which
+    the mating module was selected; `foraging.alpha q50` and the like are quantiles over all agents of a gene, or of a
+    module's effective tau.
     """
     row: dict[str, float] = {
         "generation": generation,
@@ -50,14 +58,18 @@ def summarise(
         "matings": float(agents.matings.mean()),
         "captures": float(agents.captures.mean()),
         "conceptions": agents.conceptions_per_agent,
+        "energy_weighted_matings": float(agents.energy_weighted_matings.mean()),
         "energy": float(agents.energies.mean()),
         "lived_steps": float(agents.steps.mean()),
         "starved": float(agents.has_starved.mean()),
     }
-    if agents.mating_share is not None:
-        row["mating_share"] = agents.mating_share
+    if agents.module_steps is not None:
+        mating_steps = agents.module_steps[..., MODULES.index(MATING)].sum()
+        row["mating_share"] = float(mating_steps / max(agents.module_steps.sum(), 1))
     if agents.genotypes is not None:
         row |= _summarise_genes(agents.genotypes, genes)
+        if agents.module_steps is not None:
+            row |= _summarise_effective_tau(agents.genotypes, agents.module_steps, genes)
     return row
 
 
@@ -66,10 +78,27 @@ def _summarise_genes(genotypes: FloatArray, genes: Sequence[str]) -> dict[str, f
     for module in MODULES:
         for meta in META_PARAMETERS:
             name = f"{module.name}.{meta}"
-            values = genotypes[..., genes.index(name)]
-            row[f"{name} mean"] = float(values.mean())
-            for share, value in zip(QUANTILES, np.quantile(values, QUANTILES), strict=True):
-                row[quantile_name(name, share)] = float(value)
+            row |= _summarise_values(name, genotypes[..., genes.index(name)])
+    return row
+
+
+def _summarise_effective_tau(
+    genotypes: FloatArray, module_steps: IntArray, genes: Sequence[str]
+) -> dict[str, float]:
+    row: dict[str, float] = {}
+    for m, module in enumerate(MODULES):
+        tau = genotypes[..., genes.index(f"{module.name}.tau")]
+        decay = genotypes[..., genes.index(f"{module.name}.tau_decay")]
+        effective_tau = tau / (1.0 + decay * module_steps[..., m])  # as `hyperbolic_decay`
+        row |= _summarise_values(f"{module.name}.effective_tau", effective_tau)
+    return row
+
+
+def _summarise_values(name: str, values: FloatArray) -> dict[str, float]:
+    """Return the mean and the quantiles of values over all agents, by the names of their columns."""
+    row = {f"{name} mean": float(values.mean())}
+    for share, value in zip(QUANTILES, np.quantile(values, QUANTILES), strict=True):
+        row[quantile_name(name, share)] = float(value)
     return row
 
 
@@ -85,13 +114,14 @@ def summarise_robots(
     conceived = sum(robot.subpopulation.conceived for robot in robots)
     agents = AgentColumns(
         matings=batch.matings,
+        energy_weighted_matings=batch.mating_energy_sum,
         captures=batch.captures,
         energies=batch.energy_sum / np.maximum(batch.steps_alive, 1),
         steps=batch.steps_alive,
         has_starved=batch.energies <= 0.0,
         conceptions_per_agent=conceived / batch.matings.size,
         genotypes=batch.genotypes,
-        mating_share=float(batch.module_steps[:, :, -1].sum() / max(batch.module_steps.sum(), 1)),
+        module_steps=batch.module_steps,
     )
     genes = [gene.name for gene in robots[0].subpopulation.schema.genes]
     return summarise(generation, tick, agents, genes)
@@ -103,7 +133,7 @@ def summarise_events(events: Sequence[Event], genes: Sequence[str]) -> Iterator[
     `genes` are the names of the schema's genes, in order.
     """
     births = {event.agent: event for event in events if isinstance(event, Born)}
-    conceptions = _conceptions_by_agent(events)
+    conceptions, energies = _matings_by_agent(events)
     starved = {event.agent for event in events if isinstance(event, Died)}
     lifetimes: dict[int, list[Lived]] = {}
     for lifetime in (event for event in events if isinstance(event, Lived)):
@@ -116,6 +146,7 @@ def summarise_events(events: Sequence[Event], genes: Sequence[str]) -> Iterator[
         born = [births[lifetime.agent] for lifetime in ended if lifetime.agent in births]
         agents = AgentColumns(
             matings=np.array([lifetime.matings for lifetime in ended]),
+            energy_weighted_matings=np.array([energies[lifetime.agent] for lifetime in ended]),
             captures=np.array([lifetime.captures for lifetime in ended]),
             energies=np.array([lifetime.energy for lifetime in ended]),
             steps=np.array([lifetime.steps for lifetime in ended]),
@@ -131,9 +162,13 @@ def genes_of(born: Born) -> FloatArray:
     return np.frombuffer(born.genes, dtype="<f8")
 
 
-def _conceptions_by_agent(events: Sequence[Event]) -> Counter[str]:
+def _matings_by_agent(events: Sequence[Event]) -> tuple[Counter[str], defaultdict[str, float]]:
+    """Return the conceptions of every agent, and the sum of its energy at its matings."""
     conceptions: Counter[str] = Counter()
+    energies: defaultdict[str, float] = defaultdict(float)
     for mated in (event for event in events if isinstance(event, Mated)):
         conceptions[mated.agent] += mated.conceived
         conceptions[mated.partner] += mated.partner_conceived
-    return conceptions
+        energies[mated.agent] += mated.energy
+        energies[mated.partner] += mated.partner_energy
+    return conceptions, energies

@@ -11,6 +11,8 @@ from crcolony.storage.files import FolderError, replace_file
 
 GENERATION_TABLE = "generations.csv"
 """The table's name in a results folder."""
+LAST_GENERATIONS = 10
+"""The end of a run is the mean over so many last generations."""
 
 
 def write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
@@ -31,17 +33,26 @@ def read_table(path: Path) -> list[dict[str, str]]:
 
 
 def append_row(path: Path, row: Mapping[str, Any]) -> None:
-    """Append a row to a table, as a whole or not at all; raises OSError."""
+    """Append a row to a table, as a whole or not at all; raises OSError.
+
+    A table keeps the columns with which it began: what an earlier version wrote is not mixed with other columns.
+    """
     size = path.stat().st_size if path.exists() else 0
+    columns = _columns(path) if size else list(row)
     try:
         with path.open("a", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, fieldnames=list(row))
+            writer = csv.DictWriter(file, fieldnames=columns, extrasaction="ignore")
             if size == 0:
                 writer.writeheader()
             writer.writerow(row)
     except OSError:
         os.truncate(path, size)
         raise
+
+
+def _columns(path: Path) -> list[str]:
+    with path.open(newline="", encoding="utf-8") as file:
+        return next(csv.reader(file))
 
 
 def delete_rows_from(path: Path, generation: int) -> None:

@@ -10,6 +10,7 @@ import msgspec
 
 from crcolony.evolution.history import Born, Died, Event, Lived, Mated, TurnedOver
 from crcolony.storage.files import FolderError
+from crcolony.storage.sql import connect_read_only
 
 HISTORY_DATABASE = "history.sqlite"
 """The database's name in a results folder."""
@@ -58,6 +59,46 @@ def delete_events_after(database: sqlite3.Connection, tick: int) -> None:
     """Delete the events of all later ticks."""
     for table in TABLES.values():
         database.execute(f"DELETE FROM {table} WHERE tick > ?", (tick,))
+
+
+def check_history(path: Path, tick: int, expected: int | None) -> int:
+    """Return the number of events of a history up to a tick; None: it is not known how many there must be.
+
+    Raises FolderError if the database is damaged, or if there are more or fewer.
+    """
+    try:
+        with contextlib.closing(connect_read_only(path)) as database:
+            (finding,) = database.execute("PRAGMA quick_check(1)").fetchone()
+            counts = [
+                int(
+                    database.execute(
+                        f"SELECT count(*) FROM {table} WHERE tick <= {tick}"
+                    ).fetchone()[0]
+                )
+                for table in TABLES.values()
+            ]
+    except sqlite3.Error as error:
+        raise FolderError(f"{path}: corrupt: {error}") from None
+    if finding != "ok":
+        raise FolderError(f"{path}: corrupt: {finding.splitlines()[0]}")
+    if expected is not None and sum(counts) != expected:
+        raise FolderError(
+            f"{path}: corrupt, or checkpoint.npz is that of another run: there are {sum(counts)} events"
+            f" up to the checkpoint, not {expected}"
+        )
+    return sum(counts)
+
+
+def read_births(path: Path) -> list[Born]:
+    """Return all births of a history in their order, also while the run goes on; raises FolderError."""
+    if not path.is_file():
+        raise FolderError(f"{path}: missing")
+    try:
+        with contextlib.closing(connect_read_only(path)) as database:
+            rows = database.execute("SELECT * FROM births ORDER BY rowid").fetchall()
+        return [msgspec.convert(("Born", *row), Born, strict=False) for row in rows]
+    except (sqlite3.Error, msgspec.ValidationError) as error:
+        raise FolderError(f"{path}: cannot be read: {error}") from None
 
 
 def _columns(kind: Any) -> Iterable[str]:

@@ -1,16 +1,17 @@
 """The control step compiled ahead of time: a robot's own process needs no compiler and no wait.
 
 numba compiles `step.step_robot` once for this machine; its object code is stored beside numba's own
-cache. A process that finds it there loads it with llvmlite alone, without importing numba. All
-arrays are passed as one table of addresses and shapes, which is made once. The code is the same, so
-both ways give the same robots, bit for bit.
+cache, behind a line with the name of its function and a digest, by which a damaged file is known. A
+process that finds it there loads it with llvmlite alone, without importing numba. All arrays are
+passed as one table of addresses and shapes, which is made once. The code is the same, so both ways
+give the same robots, bit for bit.
 """
 
+import contextlib
 import ctypes
 import ctypes.util
 import hashlib
 import os
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -39,11 +40,21 @@ def load_step(robots: Robots, parameters: StepParameters) -> Step:
     none yet."""
     if is_switched_off():
         return lambda i, observation, action: step_robot(robots, parameters, i, observation, action)
-    layout = _layout(robots, parameters)
-    path = _path(layout)
-    if not path.exists():
-        _compile(path, layout)
-    return _bind(_load(path), robots, parameters)
+    path = machine_code_path(robots, parameters)
+    entry, code = (path and _read(path)) or _compile(_layout(robots, parameters))
+    if path is not None and not path.exists():
+        _write(path, entry, code)
+    return _bind(_link(entry, code), robots, parameters)
+
+
+def machine_code_path(robots: Robots, parameters: StepParameters) -> Path | None:
+    """Return the file of the machine code for these robots, which may not exist yet; None if
+    nothing is compiled, or nothing can be kept."""
+    folder = None if is_switched_off() else cache_folder()
+    if folder is None:
+        return None
+    layout = str(_layout(robots, parameters))
+    return folder / f"step-{hashlib.blake2b(layout.encode(), digest_size=8).hexdigest()}.o"
 
 
 def _layout(robots: Robots, parameters: StepParameters) -> tuple[tuple[str, str, str, int], ...]:
@@ -56,15 +67,33 @@ def _layout(robots: Robots, parameters: StepParameters) -> tuple[tuple[str, str,
     )
 
 
-def _path(layout: Sequence[tuple[str, str, str, int]]) -> Path:
-    """Return the file of the machine code for this machine and layout."""
-    from llvmlite import binding  # type: ignore[import-untyped]
+def _read(path: Path) -> tuple[bytes, bytes] | None:
+    """Return the name of the function and the object code of a file; None if it is missing, or
+    damaged, and then deleted."""
+    try:
+        head, _, code = path.read_bytes().partition(b"\n")
+        entry, _, digest = head.partition(b" ")
+        if digest == _digest(code):
+            return entry, code
+        path.unlink()
+    except OSError:
+        pass
+    return None
 
-    machine = (
-        f"{sys.platform} {binding.get_host_cpu_name()} {binding.get_host_cpu_features().flatten()}"
-    )
-    digest = hashlib.blake2b(f"{machine}\n{layout}".encode(), digest_size=8).hexdigest()
-    return cache_folder() / f"step-{digest}.o"
+
+def _write(path: Path, entry: bytes, code: bytes) -> None:
+    """Write a file as a whole or not at all; if that is impossible, each start compiles."""
+    draft = path.with_name(f"{path.name}.{os.getpid()}.part")
+    with contextlib.suppress(OSError):
+        try:
+            draft.write_bytes(entry + b" " + _digest(code) + b"\n" + code)
+            draft.replace(path)
+        finally:
+            draft.unlink(missing_ok=True)
+
+
+def _digest(code: bytes) -> bytes:
+    return hashlib.blake2b(code, digest_size=16).hexdigest().encode()
 
 
 def _bind(code: Any, robots: Robots, parameters: StepParameters) -> Step:
@@ -97,11 +126,10 @@ def _table(*owners: Robots | StepParameters) -> np.ndarray:
     return np.array(words, dtype=np.uint64)
 
 
-def _load(path: Path) -> Any:
-    """Load machine code; the code for another machine has another file name."""
-    from llvmlite import binding
+def _link(entry: bytes, code: bytes) -> Any:
+    """Return the function of this name of object code for this machine."""
+    from llvmlite import binding  # type: ignore[import-untyped]
 
-    entry, _, code = path.read_bytes().partition(b"\n")
     binding.load_library_permanently(ctypes.util.find_library("m"))  # for exp()
     for name in _UNREACHABLE:
         if binding.address_of_symbol(name) is None:
@@ -121,8 +149,8 @@ def _load(path: Path) -> Any:
     return ctypes.CFUNCTYPE(None, *words)(engine.get_function_address(entry.decode()))
 
 
-def _compile(path: Path, layout: Sequence[tuple[str, str, str, int]]) -> None:
-    """Compile the step with numba, and write its object code, whole or not at all."""
+def _compile(layout: Sequence[tuple[str, str, str, int]]) -> tuple[bytes, bytes]:
+    """Compile the step with numba; return the name of its function and its object code."""
     import numba
     from numba import types
 
@@ -130,10 +158,7 @@ def _compile(path: Path, layout: Sequence[tuple[str, str, str, int]]) -> None:
     function = numba.cfunc(signature, error_model="numpy")(_entry(layout))
     library: Any = function._library  # type: ignore[attr-defined]
     _, _, (code, *_) = library.serialize_using_object_code()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_name(f"{path.name}.{os.getpid()}.part")
-    draft.write_bytes(function.native_name.encode() + b"\n" + code)
-    draft.replace(path)
+    return function.native_name.encode(), code
 
 
 def _entry(layout: Sequence[tuple[str, str, str, int]]) -> Callable[..., None]:

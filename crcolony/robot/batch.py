@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from crcolony.body import contract
 from crcolony.body.settings import CyberRodent
 from crcolony.learning.features import grid_axis, uniform_offsets
 from crcolony.learning.traces import DECAY
@@ -32,6 +33,8 @@ def step_parameters(
         refractory_steps=np.array(
             [life.refractory_steps if module.is_refractory else 0 for module in modules]
         ),
+        jaws=np.array([float(module.name in learning.jaw_modules) for module in modules]),
+        regarded_colours=np.array([_regarded_colours(module, learning) for module in modules]),
         lamps=np.array([module.lamp for module in modules]),
         wheel_speeds=np.array(
             [
@@ -56,6 +59,14 @@ def step_parameters(
         slice_steps=life.slice_steps,
         action_ttl_s=learning.action_ttl_s,
     )
+
+
+def _regarded_colours(module: LearningModule, learning: Learning) -> tuple[float, float, float]:
+    """Return which of red, green and blue a target of the module has to show one of; none: it may
+    be dark."""
+    if module.target != contract.FACE or learning.visible_mates == "any":
+        return (0.0, 0.0, 0.0)
+    return module.lamp if learning.visible_mates == "ready" else (1.0, 1.0, 1.0)
 
 
 def weight_bytes(
@@ -96,6 +107,7 @@ def empty_robots(
         module_steps=np.zeros((count, agents, modules), dtype=np.int64),
         captures=np.zeros((count, agents), dtype=np.int64),
         matings=np.zeros((count, agents), dtype=np.int64),
+        mating_energy_sum=np.zeros((count, agents)),
         steps_alive=np.zeros((count, agents), dtype=np.int64),
         energy_sum=np.zeros((count, agents)),
         weights=np.zeros((count, agents, modules, tiles, actions)),
@@ -108,5 +120,5 @@ def empty_robots(
         scratch_state=np.zeros(2),
         scratch_distance=np.zeros(parameters.potential_distances_m.shape[0]),
         scratch_bearing=np.zeros(parameters.potential_bearings_rad.shape[0]),
-        visible=np.zeros(modules),
+        visible=np.zeros((count, modules)),
     )

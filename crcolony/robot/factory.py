@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from crcolony.evolution.founders import Founders
 from crcolony.evolution.population import Subpopulation
 from crcolony.evolution.time_sharing import (
     EpsilonGreedyOrder,
@@ -22,10 +23,13 @@ from crcolony.robot.state import Robots, StepParameters
 
 
 def make_robots(
-    settings: RobotSettings, names: Sequence[str], streams: NDArray[np.uint64]
+    settings: RobotSettings,
+    names: Sequence[str],
+    streams: NDArray[np.uint64],
+    founders: Founders | None = None,
 ) -> tuple[Robots, StepParameters, list[Robot]]:
     """Return robots that have not started; `names` go into the ids of their agents, `streams` is
-    (robots, 2)."""
+    (robots, 2). They will begin with their share of `founders`; None: with random genotypes."""
     parameters = step_parameters(settings.learning, settings.life, settings.body)
     schema = agent_schema(settings.learning, settings.heredity)
     heredity = settings.heredity
@@ -38,7 +42,14 @@ def make_robots(
             row,
             parameters,
             settings.life,
-            Subpopulation(name, schema, variation, batch.genotypes[row], heredity.pool_limit),
+            Subpopulation(
+                name,
+                schema,
+                variation,
+                batch.genotypes[row],
+                heredity.pool_limit,
+                founders.of_robot(row, settings.life.agents) if founders else (),
+            ),
             make_time_sharing(settings.life),
         )
         for row, name in enumerate(names)

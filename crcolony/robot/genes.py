@@ -4,6 +4,7 @@ Genes are read straight from the genotype: the compiled step reads the same arra
 varies.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -31,10 +32,13 @@ def agent_schema(
     """Return the genes of an agent: selector weights of all modules but the first, then each
     module's own genes."""
     genes: list[Gene] = []
+    highest_selector = heredity.highest_selector or math.inf
     for module in modules[1:]:
         genes += [
             Gene(
                 f"selector.{module.name}.{source}",
+                low=-highest_selector,
+                high=highest_selector,
                 initial=Normal(0.0, heredity.selector_sd),
                 mutation_sd=heredity.selector_mutation_sd,
             )

@@ -16,11 +16,11 @@ from crcolony.compiled import FloatArray
 from crcolony.evolution.lineage import AgentId, Birth
 from crcolony.evolution.population import NewAgent, Offspring, Subpopulation
 from crcolony.evolution.time_sharing import TimeSharing
-from crcolony.randomness import Stream, draw_uncompiled, generator
+from crcolony.randomness import EventGenerator, Stream, draw_uncompiled
 from crcolony.robot.aot_step import Step, load_step
 from crcolony.robot.energy import conception_probability
 from crcolony.robot.settings import Life
-from crcolony.robot.state import SCRATCH, Robots, StepParameters, with_present_names
+from crcolony.robot.state import ADDED, SCRATCH, Robots, StepParameters, with_present_names
 
 _SAVED = tuple(name for name in Robots._fields if name not in SCRATCH)
 
@@ -54,6 +54,7 @@ class Robot:
         self._parameters = parameters
         self._life = life
         self._time_sharing = time_sharing
+        self._rare_events = EventGenerator()
         self._step: Step | None = None
         self._action = np.zeros(contract.ACTION_WIDTH)
 
@@ -90,7 +91,7 @@ class Robot:
 
     def start(self) -> list[Birth]:
         """Create the first generation and give control to its first agent; return the births."""
-        agents = self.subpopulation.draw_first_generation(generator(self.stream))
+        agents = self.subpopulation.draw_first_generation(self._rare_events.begin(self.stream))
         births = self.subpopulation.replace_agents(agents, 0, self.steps)
         self._reset_agents()
         self.hand_over()
@@ -129,7 +130,7 @@ class Robot:
         if draw_uncompiled(self.stream) >= probability:
             return None
         return self.subpopulation.conceive(
-            agent, partner.genes, partner.agent, self.steps, generator(self.stream)
+            agent, partner.genes, partner.agent, self.steps, self._rare_events.begin(self.stream)
         )
 
     def hand_over(self) -> bool:
@@ -137,7 +138,7 @@ class Robot:
         a turnover."""
         robots, row = self._robots, self.row
         following = self._time_sharing.next_agent(
-            self.subpopulation.turns, self._performance(), generator(self.stream)
+            self.subpopulation.turns, self._performance(), self._rare_events.begin(self.stream)
         )
         if following is None:
             return False
@@ -152,7 +153,7 @@ class Robot:
         the births."""
         self.generation += 1
         if agents is None:
-            agents = self.subpopulation.draw_next_generation(generator(self.stream))
+            agents = self.subpopulation.draw_next_generation(self._rare_events.begin(self.stream))
         births = self.subpopulation.replace_agents(agents, self.generation, self.steps)
         self._reset_agents()
         self.hand_over()
@@ -166,6 +167,7 @@ class Robot:
             robots.module_steps,
             robots.captures,
             robots.matings,
+            robots.mating_energy_sum,
             robots.steps_alive,
             robots.energy_sum,
         ):
@@ -195,6 +197,9 @@ class Robot:
         arrays = with_present_names(saved["arrays"])
         for name in _SAVED:
             field = getattr(self._robots, name)
+            if name in ADDED and name not in arrays:
+                field[self.row] = 0
+                continue
             if name not in arrays or np.shape(arrays[name]) != field.shape[1:]:
                 raise ValueError(f"the saved robot does not fit these settings: {name}")
             field[self.row] = arrays[name]

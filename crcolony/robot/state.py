@@ -24,6 +24,11 @@ class StepParameters(NamedTuple):
     """(M,) 1 where the module switches the IR beacon on"""
     refractory_steps: IntArray
     """(M,) length of the refractory time after a success, in control steps"""
+    jaws: FloatArray
+    """(M,) 1 where the module closes the jaw"""
+    regarded_colours: FloatArray
+    """(M, 3) 1 for each of red, green and blue of which a target has to show one, or 0 for all: it
+    may be dark"""
     lamps: FloatArray
     """(M, 3) colour on the robot's face: red, green, blue"""
     wheel_speeds: FloatArray
@@ -96,6 +101,9 @@ class Robots(NamedTuple):
     """(N, A) packs captured"""
     matings: IntArray
     """(N, A) encounters that led to a mating"""
+    mating_energy_sum: FloatArray
+    """(N, A) sum of the agent's energy at its matings: the offspring that it can expect, where
+    conception has the probability of the energy"""
     steps_alive: IntArray
     """(N, A) control steps that the agent was alive and in control"""
     energy_sum: FloatArray
@@ -122,7 +130,7 @@ class Robots(NamedTuple):
     scratch_bearing: FloatArray
     """scratch: responses of the potential along the bearing"""
     visible: FloatArray
-    """scratch (M,): 1 where the target of a module is visible"""
+    """scratch (N, M): 1 where the target of each module is visible"""
 
 
 SCRATCH = (
@@ -148,6 +156,9 @@ FORMER_NAMES = {
 }
 """Names under which earlier versions saved a field, and its name now: snapshots of theirs stay
 readable."""
+
+ADDED = ("mating_energy_sum",)
+"""Fields that earlier versions did not save; they begin at 0."""
 
 
 def with_present_names(arrays: Mapping[str, Any]) -> dict[str, Any]:

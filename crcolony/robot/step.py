@@ -73,6 +73,7 @@ def _update_energy(
         robots.captures[i, agent] += 1
     if observation[contract.ENCOUNTER] > 0.0:
         robots.matings[i, agent] += 1
+        robots.mating_energy_sum[i, agent] += energy
         robots.events[i] += MET
     if energy <= 0.0:
         robots.events[i] += DIED
@@ -89,11 +90,25 @@ def _update_visibility(
             robots.refractory_left[i, m] = parameters.refractory_steps[m]
         elif robots.refractory_left[i, m] > 0:
             robots.refractory_left[i, m] -= 1
-        robots.visible[m] = 0.0
+        robots.visible[i, m] = 0.0
         target = parameters.targets[m]
-        if observation[target] > 0.0 and robots.refractory_left[i, m] == 0:
-            robots.visible[m] = 1.0
+        if (
+            observation[target] > 0.0
+            and robots.refractory_left[i, m] == 0
+            and _shows(observation, target, parameters.regarded_colours[m])
+        ):
+            robots.visible[i, m] = 1.0
             robots.sides[i, m] = 1 if observation[target + contract.BEARING] < 0.0 else 0
+
+
+@compiled
+def _shows(observation: FloatArray, blob: int, colours: FloatArray) -> bool:
+    """Return whether a blob shows one of the regarded `colours` (3,), or none is regarded."""
+    brightness, regarded = 0.0, 0.0
+    for c in range(3):
+        brightness += colours[c] * observation[blob + contract.COLOUR + c]
+        regarded += colours[c]
+    return regarded == 0.0 or brightness >= 0.5
 
 
 @compiled
@@ -129,7 +144,7 @@ def _learn_and_select(
     genes = robots.genotypes[i, agent]
     modules = parameters.targets.shape[0]
     before = robots.module[i]
-    module = select_module(genes, robots.energies[i, agent], robots.visible, modules)
+    module = select_module(genes, robots.energies[i, agent], robots.visible[i], modules)
     if before >= 0 and before != module:
         potential = _evaluate_state(robots, parameters, i, agent, before, observation)
         preferred = greedy(robots.values, draw(robots.streams[i]))
@@ -179,7 +194,7 @@ def _evaluate_state(
     genes = robots.genotypes[i, agent]
     own = parameters.selector_genes + module * parameters.module_genes
     potential = 0.0
-    if robots.visible[module] > 0.0:
+    if robots.visible[i, module] > 0.0:
         distance_m = observation[parameters.targets[module] + contract.DISTANCE]
         bearing_rad = observation[parameters.targets[module] + contract.BEARING]
         robots.scratch_state[0] = distance_m
@@ -267,13 +282,13 @@ def _release_module(robots: Robots, parameters: StepParameters, i: int, agent: i
 def _write_action(robots: Robots, parameters: StepParameters, i: int, action: FloatArray) -> None:
     """Write the selected action: wheels, the module's beacon and lamp, and the time to live.
 
-    The jaw is a reflex: it latches on whatever comes into reach, whichever module is in control.
+    The jaw is a reflex: in the modules that close it, it latches on whatever comes into reach.
     """
     module = robots.module[i]
     chosen = robots.action[i]
     action[contract.WHEEL_LEFT] = parameters.wheel_speeds[chosen, 0]
     action[contract.WHEEL_RIGHT] = parameters.wheel_speeds[chosen, 1]
-    action[contract.JAW] = 1.0
+    action[contract.JAW] = parameters.jaws[module]
     if robots.refractory_left[i, module] == 0:
         action[contract.BEACON] = parameters.beacons[module]
     for c in range(3):

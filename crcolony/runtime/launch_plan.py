@@ -1,15 +1,21 @@
 """What a launch starts: which processes, with which command lines, on which network."""
 
+import contextlib
+import shlex
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import crcolony
 from crcolony.config import Config
 from crcolony.runtime.supervisor import DASHBOARD, ChildProcess
 from crcolony.storage.files import make_folder
+from crcolony.transport.port_claim import claim_port
 from crcolony.transport.zenoh_session import (
     HERE,
     MAX_MESH_ROBOTS,
+    PORT,
     NetworkSettings,
     free_port,
     is_taken,
@@ -34,6 +40,8 @@ class LaunchOptions:
     minutes: float | None
     has_dashboard: bool = False
     """Whether to show the colony in a browser"""
+    has_plots: bool = True
+    """Whether to draw figures at the end"""
 
     @property
     def is_repeatable(self) -> bool:
@@ -52,12 +60,21 @@ class LaunchNetworks:
     """Where other processes join them, as an option of the command line if it starts with a dash"""
 
 
-def choose_networks(launch: LaunchOptions) -> LaunchNetworks:
+@contextlib.contextmanager
+def chosen_networks(launch: LaunchOptions) -> Iterator[LaunchNetworks]:
+    """Yield the networks of a launch; inside the context no other launch chooses their port."""
+    if launch.network is not None or launch.robots_only:
+        yield choose_networks(launch)
+        return
+    with claim_port(PORT) as is_granted:
+        yield choose_networks(launch, is_usual_port_free=is_granted and not is_taken(HERE))
+
+
+def choose_networks(launch: LaunchOptions, is_usual_port_free: bool = True) -> LaunchNetworks:
     """Return the given network, or one on this machine: a mesh, or a router for more robots than a mesh carries."""
     network = launch.network
     if network is None:
-        is_free = launch.robots_only or not is_taken(HERE)
-        seed = HERE if is_free else f"tcp/127.0.0.1:{free_port()}"
+        seed = HERE if is_usual_port_free else f"tcp/127.0.0.1:{free_port()}"
         if launch.count > MAX_MESH_ROBOTS and not launch.robots_only:
             client = NetworkSettings(role="client", connect=(seed,))
             router = NetworkSettings(role="router", listen=(seed,))
@@ -70,6 +87,16 @@ def choose_networks(launch: LaunchOptions) -> LaunchNetworks:
         return LaunchNetworks(network, network, None, endpoint)
     robots = NetworkSettings(connect=network.listen)
     return LaunchNetworks(robots, network, None, network.listen[0])
+
+
+def connect_option(endpoint: str) -> str:
+    """Return the option by which another command joins, as it is typed in a shell; empty for the default endpoint.
+
+    The brackets of an IPv6 address are quoted: a shell would take them for a pattern.
+    """
+    if endpoint == HERE:
+        return ""
+    return f" {endpoint}" if endpoint.startswith("--") else f" --connect {shlex.quote(endpoint)}"
 
 
 def child_processes(launch: LaunchOptions, networks: LaunchNetworks) -> list[ChildProcess]:
@@ -91,7 +118,17 @@ def child_processes(launch: LaunchOptions, networks: LaunchNetworks) -> list[Chi
 
 def _child(name: str, command: list[str], logs: Path) -> ChildProcess:
     log = logs / f"{name.replace(' ', '-')}.log"
-    return ChildProcess(name, [sys.executable, "-m", "crcolony", *command], log)
+    return ChildProcess(name, [*_python_command(), *command], log)
+
+
+def _python_command() -> list[str]:
+    """Return how to start `crcolony` so that no user's file in the working folder, as `queue.py`, is a module there.
+
+    A checkout that is not installed is found through the working folder, where nothing but it should be.
+    """
+    is_in_working_folder = Path(crcolony.__file__).parents[1] == Path.cwd()
+    safe_path = [] if is_in_working_folder else ["-P"]
+    return [sys.executable, *safe_path, "-m", "crcolony"]
 
 
 def _network_options(network: NetworkSettings) -> list[str]:
@@ -110,7 +147,8 @@ def _arena_command(launch: LaunchOptions, network: NetworkSettings) -> list[str]
         else ["--hz", repr(1.0 / launch.wall_period_s)]
     )
     config = str(launch.folder / "config.toml")
-    command = ["arena", "--config", config, "--arena", launch.arena, "--out", str(launch.folder)]
+    out = str(launch.folder / "arena")
+    command = ["arena", "--config", config, "--arena", launch.arena, "--out", out]
     return [*command, *clock, *_network_options(network)]
 
 

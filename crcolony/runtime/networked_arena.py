@@ -4,8 +4,8 @@ import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+from crcolony.body_server.body_server import BodyServer
 from crcolony.nodes.arena_node import ArenaNode
-from crcolony.nodes.arena_server import ArenaServer
 from crcolony.protocol.codec import encode
 from crcolony.protocol.identity import RobotId
 from crcolony.storage.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
@@ -32,7 +32,7 @@ class NetworkedArena:
     ) -> None:
         self.node, self.name = node, name
         self._transport, self._checkpoint, self._print_line = transport, checkpoint, print_line
-        self._server = ArenaServer(node, transport.remove_robot, print_line, name)
+        self._server = BodyServer(node, transport.remove_robot, print_line, name)
         self._scenes = 0
         now_s = time.monotonic()
         self._scene_due_s = self._removal_due_s = now_s

@@ -61,11 +61,14 @@ class RobotProcess:
 
     def _reconnect(self) -> None:
         """Close the session and open another; retry until that succeeds or the process is stopped."""
+        printed = ""
         while not self._is_stopped():
             try:
                 self._transport.reconnect(self._reopen)
             except NetworkError as error:  # a router that is offline at the moment
-                self._print_line(f"{error}; retrying")
+                if str(error) != printed:
+                    printed = str(error)
+                    self._print_line(f"waiting for the network: {error}")
                 self._inbox.get(_MAX_WAIT_S)
             else:
                 self._node.peers.session = self._transport.name

@@ -1,16 +1,25 @@
 """From options to the running process of an arena, or of a router."""
 
+import contextlib
 import secrets
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from crcolony.config import Config, ConfigError
 from crcolony.runtime.console import format_clock, print_line
+from crcolony.runtime.startup_report import Progress, StartupReport
+from crcolony.runtime.stop_server import StopServer
 from crcolony.shutdown import ShutdownSignal
-from crcolony.storage.files import ARENA_CHECKPOINT, make_folder
+from crcolony.storage.claimed_folder import ClaimedFolder, claim_folder
+from crcolony.storage.files import ARENA_CHECKPOINT, FolderError
+from crcolony.storage.folder_record import read_record
 from crcolony.transport.inbox import Inbox
-from crcolony.transport.zenoh_arena import ArenaTransport
-from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from crcolony.transport.open_files import allow_open_files
+from crcolony.transport.wait_for_network import open_connection
+from crcolony.transport.zenoh_arena import ArenaTransport, activity_of_arena
+from crcolony.transport.zenoh_session import NetworkSettings, Session, declared_as_observer
+from crcolony.transport.zenoh_stop import answering_stops
 
 if TYPE_CHECKING:
     from crcolony.nodes.arena_node import ArenaNode
@@ -28,27 +37,57 @@ def run_arena(
 
     The session is open before the world is imported and compiled, so that robots find each other meanwhile.
     """
+    allow_open_files(config.robots)
     inbox = Inbox()
     stop = ShutdownSignal(wake=inbox.wake)
     arena_run = secrets.randbelow(2**62)
-    with open_session(network) as session:
+    with _claimed(folder) as claimed, open_connection(network, stop, print_line) as connection:
+        if connection is None:
+            return
         from crcolony.runtime.arena_process import ArenaProcess
         from crcolony.runtime.networked_arena import NetworkedArena, restore_arena
+        from crcolony.runtime.simulated_bodies import SimulatedBodies
 
-        new_arena(config, 0, lockstep=False, expect=0).step()  # compiles before a clock runs
+        new_arena(config, arena_run, wall_period_s is None, expect)  # refuses wrong settings
+        with starting_arena(connection.session, name) as report, stop.interruptible():
+            compile_world(config, report)
+        if stop():
+            return
         node = new_arena(config, arena_run, wall_period_s is None, expect)
         checkpoint = None
         if folder is not None:
-            make_folder(folder)
             checkpoint = folder / ARENA_CHECKPOINT
             if restore_arena(node, checkpoint):
                 print_line(f"resumes at tick {node.tick}")
-        transport = ArenaTransport(session, name, arena_run, inbox.deliver)
+        transport = ArenaTransport(connection.session, name, arena_run, inbox.deliver)
         arena = NetworkedArena(node, name, transport, checkpoint, print_line)
+        if claimed is not None and claimed.is_new:
+            arena.save()
+            claimed.begin()
+        stops = StopServer([SimulatedBodies(node)], name, print_line)
         process = ArenaProcess(arena, inbox)
         print_line(f"arena {name} with {config.robots} slots, {format_clock(wall_period_s)}")
-        process.run(stop, wall_period_s)
+        with answering_stops(connection.session, name, stops.answer):
+            process.run(stop, wall_period_s)
         print_line(f"stopped at tick {node.tick}")
+
+
+@contextlib.contextmanager
+def _claimed(folder: Path | None) -> Iterator[ClaimedFolder | None]:
+    """Claim the folder of an arena, if it has one.
+
+    Raises FolderError for the folder of something else, or one whose checkpoint is missing.
+    """
+    if folder is None:
+        yield None
+        return
+    claimed, checkpoint = claim_folder(folder, "arena"), folder / ARENA_CHECKPOINT
+    try:
+        if read_record(folder) is not None and not checkpoint.exists():
+            raise FolderError(f"{checkpoint}: missing; delete {folder} to start another arena")
+        yield claimed
+    finally:
+        claimed.close()
 
 
 def new_arena(config: Config, arena_run: int, lockstep: bool, expect: int) -> "ArenaNode":
@@ -61,11 +100,30 @@ def new_arena(config: Config, arena_run: int, lockstep: bool, expect: int) -> "A
         raise ConfigError(str(error)) from None
 
 
+@contextlib.contextmanager
+def starting_arena(session: Session, name: str) -> Iterator[StartupReport]:
+    """Report inside the context what a process does before its arena is online."""
+    publish = activity_of_arena(session, name)
+    with declared_as_observer(session), StartupReport(publish, print_line) as report:
+        report.follow(lambda: Progress("starting"))
+        yield report
+
+
+def compile_world(config: Config, report: StartupReport) -> None:
+    """Compile the simulated world before a clock runs."""
+    from crcolony.compile_progress import compile_progress
+    from crcolony.world.tick import step_world
+
+    with compile_progress(report.counting("compiling the world"), step_world):
+        new_arena(config, 0, lockstep=False, expect=0).step()
+
+
 def run_router(network: NetworkSettings) -> None:
     """Route the messages of clients until stopped. Routers hold no state: any of them can replace another."""
     inbox = Inbox()
     stop = ShutdownSignal(wake=inbox.wake)
-    with open_session(network):
-        print_line(f"router at {', '.join(network.listen)}")
+    with open_connection(network, stop, print_line):
+        if not stop():
+            print_line(f"router at {', '.join(network.listen)}")
         while not stop():
             inbox.get(1.0)

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 
 from crcolony.body import contract
+from crcolony.compile_progress import compile_progress
 from crcolony.config import Config
 from crcolony.nodes.node_inputs import ColonyMember, NodeResources
 from crcolony.nodes.reported_settings import settings_of_robot
 from crcolony.nodes.robot_node import RobotNode
-from crcolony.protocol.identity import Identity, create_key, load_key
-from crcolony.results.run_folder import keep_config
+from crcolony.protocol.identity import Identity, create_key, key_warning, load_key
+from crcolony.results.colony_folder import ColonyFolder
 from crcolony.results.run_report import print_run_report
 from crcolony.robot.factory import make_robots, own_streams
 from crcolony.robot.robot import Robot
@@ -25,15 +25,22 @@ from crcolony.runtime.console import print_line
 from crcolony.runtime.host_process import HostProcess
 from crcolony.runtime.hosted_robots import HostedRobots
 from crcolony.runtime.networked_arena import NetworkedArena, restore_arena
-from crcolony.runtime.start_arena import new_arena
+from crcolony.runtime.simulated_bodies import SimulatedBodies
+from crcolony.runtime.start_arena import compile_world, new_arena, starting_arena
+from crcolony.runtime.startup_report import StartupReport
+from crcolony.runtime.stop_server import StopServer
+from crcolony.runtime.warm_up import COMPILING_STEP
 from crcolony.shutdown import ShutdownSignal
-from crcolony.storage.files import ARENA_CHECKPOINT, KEY_FILE, ROBOT_FILE, make_folder
+from crcolony.storage.files import ARENA_CHECKPOINT, KEY_FILE, ROBOT_FILE
 from crcolony.storage.store import RobotStore
+from crcolony.terminal import plain_console
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.interface import Transport
+from crcolony.transport.wait_for_network import open_connection
 from crcolony.transport.zenoh_arena import ArenaTransport
 from crcolony.transport.zenoh_robots import RobotTransport
-from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from crcolony.transport.zenoh_session import NetworkSettings
+from crcolony.transport.zenoh_stop import answering_stops
 
 
 @dataclass(frozen=True)
@@ -43,34 +50,44 @@ class HostOptions:
     config: Config
     count: int
     """Robots in this process"""
-    folder: Path
     colony: str
     arena: str
     network: NetworkSettings
     wall_period_s: float | None
     minutes: float | None
+    has_plots: bool = True
+    """Whether to draw figures at the end"""
 
 
-def run_host(options: HostOptions) -> None:
+def run_host(options: HostOptions, opened_folder: ColonyFolder) -> None:
     """Run an arena with robots in this process until it is stopped.
 
     Raises CrcolonyError for wrong input, and FatalStorageError when a disk fails.
     """
-    config, folder = options.config, options.folder
-    make_folder(folder)
-    keep_config(folder, config)
+    config, folder = options.config, opened_folder.path
     inbox = Inbox()
     arena_run = secrets.randbelow(2**62)
     arena = new_arena(config, arena_run, lockstep=False, expect=0)
-    folders = [folder / "robots" / str(number) for number in range(options.count)]
+    folders = [opened_folder.prepare_robot(number) for number in range(options.count)]
     identities = [_load_identity(robot_folder) for robot_folder in folders]
+    if warning := key_warning(folders[0] / KEY_FILE):
+        print_line(warning)
     ids = [identity.id for identity in identities]
-    batch, parameters, robots = make_robots(config, [one.hex() for one in ids], own_streams(ids))
+    batch, parameters, robots = make_robots(
+        config, [one.hex() for one in ids], own_streams(ids), opened_folder.founders
+    )
     restore_arena(arena, folder / ARENA_CHECKPOINT)
-    _compile_step(config, ids[0])
-    stop = ShutdownSignal(options.minutes, wake=inbox.wake)
+    stop = ShutdownSignal(wake=inbox.wake)
     with contextlib.ExitStack() as opened:
-        session = opened.enter_context(open_session(options.network))
+        connection = opened.enter_context(open_connection(options.network, stop, print_line))
+        if connection is None:
+            return
+        session = connection.session
+        with starting_arena(session, options.arena) as report, stop.interruptible():
+            compile_world(config, report)
+            _compile_step(config, ids[0], report)
+        if stop():
+            return
         robot_transport = RobotTransport(session, options.colony, options.arena, inbox.deliver)
         nodes = []
         for number, (identity, robot) in enumerate(zip(identities, robots, strict=True)):
@@ -90,16 +107,18 @@ def run_host(options: HostOptions) -> None:
             f"{options.count} robots of colony {options.colony} in arena {options.arena},"
             f" and {config.robots - options.count} slots for others"
         )
+        stops = StopServer([SimulatedBodies(arena)], options.arena, print_line)
+        opened.enter_context(answering_stops(session, options.arena, stops.answer))
+        stop.end_after(options.minutes)
         try:
             process.run(stop, options.wall_period_s)
         finally:
             process.stop()
-    print_run_report(Console(markup=False, highlight=False), folder, config)
+    print_run_report(plain_console(), folder, config, stop, has_plots=options.has_plots)
 
 
 def _load_identity(folder: Path) -> Identity:
-    """Return the identity of a robot's folder; create folder and key if they are missing."""
-    make_folder(folder)
+    """Return the identity of a robot's folder; create the key if it is missing."""
     key = folder / KEY_FILE
     return load_key(key) if key.exists() else create_key(key)
 
@@ -123,10 +142,11 @@ def _new_node(
     return RobotNode(member, robot, batch, NodeResources(store, transport, time.time))
 
 
-def _compile_step(config: Config, robot: bytes) -> None:
+def _compile_step(config: Config, robot: bytes, report: StartupReport) -> None:
     """Compile the step of a batch before a clock runs."""
-    step_robots(
-        *make_robots(config, ["0"], own_streams([robot]))[:2],
-        np.zeros((1, contract.OBSERVATION_WIDTH)),
-        np.zeros((1, contract.ACTION_WIDTH)),
-    )
+    with compile_progress(report.counting(COMPILING_STEP), step_robots):
+        step_robots(
+            *make_robots(config, ["0"], own_streams([robot]))[:2],
+            np.zeros((1, contract.OBSERVATION_WIDTH)),
+            np.zeros((1, contract.ACTION_WIDTH)),
+        )

@@ -9,22 +9,29 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
-from crcolony.body.contract import OBSERVATION_WIDTH
 from crcolony.config import Config
+from crcolony.evolution.founders import Founders
 from crcolony.nodes.node_inputs import ColonyMember, EmbodimentOptions, NodeResources
 from crcolony.nodes.robot_node import RobotNode
-from crcolony.protocol.identity import AllowList, create_key, load_key
+from crcolony.protocol.identity import AllowList, RobotId, create_key, key_warning, load_key
+from crcolony.results.colony_folder import begin_robot_folder
 from crcolony.robot.factory import make_robots, numbered_streams, own_streams
+from crcolony.robot.genes import agent_schema
 from crcolony.runtime.console import print_event, print_line
 from crcolony.runtime.robot_process import RobotProcess
+from crcolony.runtime.startup_report import StartupReport
+from crcolony.runtime.warm_up import warm_up
 from crcolony.shutdown import ShutdownSignal
-from crcolony.storage.files import KEY_FILE, ROBOT_FILE, make_folder
+from crcolony.storage.claimed_folder import check_folder
+from crcolony.storage.files import KEY_FILE, ROBOT_FILE, FolderError, make_folder
+from crcolony.storage.folder_record import read_record
+from crcolony.storage.founders_file import FOUNDERS_FILE, Beginning, read_founders
 from crcolony.storage.store import RobotStore
+from crcolony.transport.connection_check import ConnectionCheck
 from crcolony.transport.inbox import Inbox
+from crcolony.transport.wait_for_network import wait_for_session
 from crcolony.transport.zenoh_robots import RobotTransport
-from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from crcolony.transport.zenoh_session import NetworkSettings, declared_as_observer, open_session
 
 
 @dataclass(frozen=True)
@@ -44,6 +51,8 @@ class RobotOptions:
     allow: Path | None = None
     """File with the ids of the robots that it mates with; None: any"""
     snapshot_s: float = 10.0
+    beginning: Beginning | None = None
+    """The earlier run with whose robots it begins; None: what is in its folder, or random genotypes"""
 
 
 def run_robot(options: RobotOptions) -> None:
@@ -54,8 +63,11 @@ def run_robot(options: RobotOptions) -> None:
     inbox = Inbox()
     stop = ShutdownSignal(wake=inbox.wake)
     make_folder(options.folder)
+    check_folder(options.folder, "robot")
     key = options.key or options.folder / KEY_FILE
     identity = load_key(key) if key.exists() or options.key else create_key(key)
+    if warning := key_warning(key):
+        print_line(warning)
     allow = AllowList.load(options.allow) if options.allow else AllowList()
     config, number = options.config, max(options.number, 0)
     streams = (
@@ -63,16 +75,27 @@ def run_robot(options: RobotOptions) -> None:
         if options.is_repeatable
         else own_streams([identity.id])
     )
-    batch, _, (robot,) = make_robots(config, [identity.id.hex()], streams)
+    founders = _founders_of(options, identity.id)
+    batch, _, (robot,) = make_robots(config, [identity.id.hex()], streams, founders)
     schema = bytes.fromhex(robot.subpopulation.schema.digest)
-    warm_up(config)
     with contextlib.ExitStack() as opened:
+        session = wait_for_session(options.network, stop, print_line)
+        if session is None:
+            return
+        transport = RobotTransport(session, options.colony, options.arena, inbox.deliver)
+        opened.callback(transport.close)
+        opened.enter_context(
+            ConnectionCheck(options.network.connect, transport.has_links, print_line)
+        )
+        publish = partial(transport.publish_telemetry, identity.id, "activity")
+        report = StartupReport(publish, print_line)
+        with declared_as_observer(session), report, stop.interruptible():
+            warm_up(config, report)
+        if stop():
+            return
         store = RobotStore(options.folder / ROBOT_FILE, identity.id, schema)
         opened.callback(store.close)
         incarnation = store.begin_incarnation(int(time.time()))
-        session = open_session(options.network)
-        transport = RobotTransport(session, options.colony, options.arena, inbox.deliver)
-        opened.callback(transport.close)
         member = ColonyMember(identity, options.colony, number, incarnation)
         resources = NodeResources(
             store, transport, time.time, on_event=partial(print_event, identity.id)
@@ -91,8 +114,19 @@ def run_robot(options: RobotOptions) -> None:
         print_line(f"saved in generation {robot.generation}, after {node.matings} matings")
 
 
-def warm_up(config: Config) -> None:
-    """Load the compiled control step before a clock runs."""
-    _, _, (robot,) = make_robots(config, ["0"], numbered_streams(0, 0, 1))
-    robot.start()
-    robot.step(np.zeros(OBSERVATION_WIDTH))
+def _founders_of(options: RobotOptions, robot: RobotId) -> Founders | None:
+    """Return what the robot begins with, which is in its folder from its first start on; None: random genotypes.
+
+    A robot without a number takes the share of one by its id. Raises FolderError.
+    """
+    folder, config = options.folder, options.config
+    record = read_record(folder)
+    if record is None or record.origin is None:
+        if options.beginning is None:
+            return None
+        number = options.number if options.number >= 0 else int.from_bytes(robot)
+        begin_robot_folder(folder, options.beginning.share_of(number), config)
+    founders = read_founders(folder)
+    if founders.schema != agent_schema(config.learning, config.heredity).digest:
+        raise FolderError(f"{folder / FOUNDERS_FILE}: of other genes than those of the settings")
+    return founders

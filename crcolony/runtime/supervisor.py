@@ -1,19 +1,27 @@
-"""A process that a launch starts on this machine: it is restarted when it dies, and terminated at the end."""
+"""A process that a launch starts on this machine: it is restarted when it dies, and ends with the launch."""
 
 import contextlib
+import os
 import signal
 import subprocess
 import time
 from collections import deque
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from crcolony.errors import EXIT_OK, EXIT_WRONG_INPUT
+from crcolony.shutdown import ENDS_WITH_PARENT
 
 _MAX_STARTS = 5
 """A process that dies after this many starts within a minute is not restarted."""
 _START_WINDOW_S = 60.0
 _RESTART_DELAY_S = 0.5
+_SHUTDOWN_TIMEOUT_S = 30.0
+"""How long processes may take to save and exit before they are killed; a starved machine needs some of it."""
+_URGENT_TIMEOUT_S = 5.0
+"""The same after a second Ctrl-C."""
+_POLL_S = 0.02
 DASHBOARD = "dashboard"
 """Name of the process that shows the colony in a browser."""
 
@@ -34,15 +42,19 @@ class ChildProcess:
     restarts: int = 0
 
     def start(self, now_s: float) -> None:
-        """Start the process, in a session of its own, so that Ctrl-C here does not reach it."""
+        """Start the process, in a session of its own, so that Ctrl-C here does not reach it.
+
+        Its standard input is a pipe that this process holds open, and on whose end it terminates.
+        """
         self.starts.append(now_s)
         self.restart_at_s = None
         with self.log.open("ab") as log:
             self.process = subprocess.Popen(
                 self.command,
-                stdin=subprocess.DEVNULL,
+                stdin=subprocess.PIPE,
                 stdout=log,
                 stderr=log,
+                env={**os.environ, ENDS_WITH_PARENT: "1"},
                 start_new_session=True,
             )
 
@@ -54,7 +66,8 @@ class ChildProcess:
             return f"{self.name} is restarted"
         if self.process is None or self.process.poll() is None:
             return None
-        code, self.process = self.process.returncode, None
+        code = self.process.returncode
+        self.release()
         if code == EXIT_OK:
             self.ended = "done"
             return None
@@ -83,20 +96,45 @@ class ChildProcess:
         """Whether it has ended and is not restarted."""
         return bool(self.ended)
 
-    def terminate(self) -> None:
-        """Send SIGTERM, on which it saves and exits."""
-        if self.process is not None and self.process.poll() is None:
-            self.process.terminate()
+    @property
+    def is_running(self) -> bool:
+        """Whether there is a process now."""
+        return self.process is not None and self.process.poll() is None
 
-    def wait(self, until_s: float) -> None:
-        """Wait until it has exited; kill it at `until_s`."""
-        if self.process is None:
-            return
-        try:
-            self.process.wait(max(until_s - time.monotonic(), 0.0))
-        except subprocess.TimeoutExpired:
+    def terminate(self) -> None:
+        """Send SIGTERM, on which it saves and exits; one that is stopped is continued."""
+        if self.process is not None and self.is_running:
+            self.process.terminate()
+            self.process.send_signal(signal.SIGCONT)
+
+    def release(self) -> None:
+        """Kill the process if it is still running, and close its pipe."""
+        if self.process is not None:
             self.process.kill()
-            self.process.wait()
+            with self.process:
+                self.process = None
+
+
+def end_all(children: Sequence[ChildProcess], is_urgent: Callable[[], bool]) -> None:
+    """Terminate the robots, then the others, and wait for each; if urgent, all at once, and for a shorter time."""
+    robots = [child for child in children if child.is_robot]
+    for child in robots:
+        child.terminate()
+    _wait_for(robots, lambda: 0.0 if is_urgent() else _SHUTDOWN_TIMEOUT_S)
+    for child in children:
+        child.terminate()
+    _wait_for(children, lambda: _URGENT_TIMEOUT_S if is_urgent() else _SHUTDOWN_TIMEOUT_S)
+    for child in children:
+        child.release()
+
+
+def _wait_for(children: Sequence[ChildProcess], timeout_s: Callable[[], float]) -> None:
+    """Wait until these processes have ended, at most for a time that may become shorter meanwhile."""
+    started_s = time.monotonic()
+    while (
+        any(child.is_running for child in children) and time.monotonic() - started_s < timeout_s()
+    ):
+        time.sleep(_POLL_S)
 
 
 def dashboard_address(log: Path) -> str | None:

@@ -20,6 +20,10 @@ ARENA_CHECKPOINT = "arena.npz"
 """The checkpoint in an arena's folder."""
 
 
+class FileInUseError(StorageError):
+    """Another process has locked a file."""
+
+
 class FolderError(CrcolonyError):
     """A results folder cannot be read or written: the message names the file and the reason."""
 
@@ -75,7 +79,7 @@ def lock_of(path: Path) -> Path:
 def lock_file(path: Path) -> int:
     """Lock a robot's file for this process and return the descriptor that holds the lock until it is closed.
 
-    A file beside it is locked: SQLite's own locks let processes take turns. Raises StorageError.
+    A file beside it is locked: SQLite's own locks let processes take turns. Raises FileInUseError, StorageError.
     """
     try:
         lock = os.open(lock_of(path), os.O_RDWR | os.O_CREAT, 0o644)
@@ -86,10 +90,10 @@ def lock_file(path: Path) -> int:
     except OSError as error:
         holder = os.pread(lock, 20, 0).decode("ascii", "replace").strip()
         os.close(lock)
-        reason = f"cannot be locked: {error.strerror}"
         if isinstance(error, BlockingIOError):
-            reason = f"in use by another process{f' ({holder})' if holder else ''}"
-        raise StorageError(f"{path}: {reason}") from None
+            who = f" ({holder})" if holder else ""
+            raise FileInUseError(f"{path}: in use by another process{who}") from None
+        raise StorageError(f"{path}: cannot be locked: {error.strerror}") from None
     with contextlib.suppress(OSError):  # the pid only helps a person; a full disk must not matter
         os.ftruncate(lock, 0)
         os.pwrite(lock, f"pid {os.getpid()}\n".encode(), 0)

@@ -35,7 +35,9 @@ class StoreState:
     encounters: int
     """The number of encounters, which is the `seq` of the last"""
     open_rows: dict[Encounter, dict[str, Any]]
-    """The rows of encounters that are open; the others never change again"""
+    """The rows of encounters that are open; of the others only the bulky columns are emptied later"""
+    compacted: int
+    """The `seq` up to which that was done"""
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,9 @@ def read_state(database: sqlite3.Connection) -> StoreState:
     """Return the state of a file as it is on the disk."""
     (encounters,) = database.execute("SELECT ifnull(max(seq), 0) FROM encounters").fetchone()
     open_rows = {record_of(row).encounter: row for row in select(database, _OPEN_ENCOUNTERS)}
-    return StoreState(read_head(database), int(encounters), open_rows)
+    query = "SELECT ifnull(min(seq) - 1, 0) FROM encounters WHERE proof <> x''"
+    (compacted,) = database.execute(query).fetchone()
+    return StoreState(read_head(database), int(encounters), open_rows, int(compacted))
 
 
 def read_open_records(database: sqlite3.Connection) -> list[EncounterRecord]:

@@ -20,6 +20,7 @@ from crcolony.evolution.history import Event
 from crcolony.protocol.encounters import EncounterRecord
 from crcolony.protocol.identity import RobotId
 from crcolony.storage.checkpoint import CheckpointError, write_checkpoint
+from crcolony.storage.compaction import compact_encounters
 from crcolony.storage.files import lock_file
 from crcolony.storage.former_name import rename_former_file
 from crcolony.storage.integrity import NAMES, check_integrity
@@ -143,6 +144,8 @@ class RobotStore:
     def save(self, robot: Mapping[str, Any], events: Sequence[Event], tick: int) -> None:
         """Write a snapshot of the whole robot and the events since the last one; the snapshot before it is kept.
 
+        Old encounters are compacted (see `compaction`).
+
         What came after the newest undamaged snapshot (a damaged one, and its events) is deleted. Raises
         StorageFullError or FatalStorageError.
         """
@@ -151,6 +154,7 @@ class RobotStore:
         with self._transaction() as state:
             base = state.head.base_serial(self._damaged)
             write_snapshot(self._connection, state.head, base, file.getvalue(), events, tick)
+            compact_encounters(self._connection, state, base)
 
     def load(self) -> tuple[dict[str, Any], int] | None:
         """Return the robot of the newest undamaged snapshot and its tick, or None if there is no snapshot.

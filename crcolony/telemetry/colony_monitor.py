@@ -7,6 +7,7 @@ counted, and nothing grows without limit.
 from collections import Counter
 
 from crcolony.protocol.identity import RobotId
+from crcolony.protocol.settings_changes import settings_changes
 from crcolony.protocol.telemetry_messages import (
     ArenaMetadata,
     EventMessage,
@@ -18,30 +19,35 @@ from crcolony.telemetry.backfill import BackfillRequest, BackfillScheduler
 from crcolony.telemetry.presence import PresenceTable
 from crcolony.telemetry.robot_status import ArenaStatus, RobotStatus
 from crcolony.telemetry.samples import (
+    ArenaActivitySample,
     ArenaMetadataSample,
     EventSample,
     HistorySample,
     MalformedSample,
     OfflineSample,
     OnlineSample,
+    RobotActivitySample,
     RobotMetadataSample,
     SampleKind,
     SceneSample,
     StateSample,
     TelemetrySample,
 )
-from crcolony.telemetry.status_changes import EventReceived, StatusChange
+from crcolony.telemetry.status_changes import ArenaChanged, EventReceived, StatusChange
 
 
 class ColonyMonitor:
     """Handles samples, keeps the latest of each robot and arena, reports changes, and schedules back-fill requests.
 
-    `history` is how many events it requests of those that a robot published before it was monitored;
-    `metadata_period_s` is how often the metadata of some robots is requested again.
+    Tokens of other colonies than `colony` (`*`: all) do not arrive. `history` is how many events it requests of those
+    that a robot published before it was monitored; `metadata_period_s` is how often the metadata of some robots is
+    requested again.
     """
 
-    def __init__(self, *, history: int = 0, metadata_period_s: float = 10.0) -> None:
-        self._history = history
+    def __init__(
+        self, colony: str = "*", *, history: int = 0, metadata_period_s: float = 10.0
+    ) -> None:
+        self._colony, self._history = colony, history
         self._backfill = BackfillScheduler(metadata_period_s)
         self._presence = PresenceTable(self._backfill)
         self.samples: Counter[SampleKind] = Counter()
@@ -102,6 +108,10 @@ class ColonyMonitor:
                 return self._handle_state(colony, state, sample.unix_s)
             case EventSample(colony=colony, message=message):
                 return self._handle_event(colony, message, sample.unix_s)
+            case RobotActivitySample():
+                self._handle_robot_activity(sample)
+            case ArenaActivitySample():
+                self._handle_arena_activity(sample)
             case SceneSample(scene=scene):
                 self._handle_scene(scene, sample.unix_s)
             case HistorySample():
@@ -109,7 +119,7 @@ class ColonyMonitor:
             case RobotMetadataSample(colony=colony, metadata=of_robot):
                 return self._handle_robot_metadata(colony, of_robot, sample.unix_s)
             case ArenaMetadataSample(metadata=of_arena):
-                self._handle_arena_metadata(of_arena, sample.unix_s)
+                return self._handle_arena_metadata(of_arena, sample.unix_s)
             case MalformedSample():
                 self.malformed += 1
         return []
@@ -152,6 +162,25 @@ class ColonyMonitor:
         status = self._presence.get_arena(scene.arena, unix_s)
         if status is not None:
             status.scene, status.updated_s = scene, unix_s
+            status.without_token = {
+                body.robot: status.without_token.get(body.robot, unix_s)
+                for body in scene.robots
+                if self._colony in ("*", body.colony) and not self._is_online(body.robot)
+            }
+
+    def _is_online(self, robot: RobotId) -> bool:
+        status = self.robots.get(robot)
+        return status is not None and status.is_alive
+
+    def _handle_robot_activity(self, sample: RobotActivitySample) -> None:
+        status = self._presence.get_robot(sample.robot, sample.colony, sample.unix_s)
+        if status is not None:
+            status.activity, status.activity_s = sample.activity, sample.unix_s
+
+    def _handle_arena_activity(self, sample: ArenaActivitySample) -> None:
+        status = self._presence.get_arena(sample.arena, sample.unix_s)
+        if status is not None:
+            status.activity, status.activity_s = sample.activity, sample.unix_s
 
     # Replies ---------------------------------------------------------------------------------------------------------
 
@@ -183,8 +212,13 @@ class ColonyMonitor:
             self._backfill.complete(metadata.robot, "metadata")
         return changes
 
-    def _handle_arena_metadata(self, metadata: ArenaMetadata, unix_s: float) -> None:
+    def _handle_arena_metadata(self, metadata: ArenaMetadata, unix_s: float) -> list[StatusChange]:
         status = self._presence.get_arena(metadata.arena, unix_s)
-        if status is not None:
-            status.metadata = metadata
-            self._backfill.complete(metadata.arena, "metadata")
+        if status is None:
+            return []
+        before, status.metadata = status.metadata, metadata
+        self._backfill.complete(metadata.arena, "metadata")
+        if before is None or before.arena_run == metadata.arena_run:
+            return []
+        changes = settings_changes(before.settings, metadata.settings)
+        return [ArenaChanged(metadata.arena, tuple(changes))] if changes else []

@@ -6,7 +6,7 @@ import msgspec
 
 from crcolony.body.settings import CyberRodent
 from crcolony.protocol.telemetry_messages import ArenaMetadata, RobotMetadata
-from crcolony.robot.settings import Heredity, Learning
+from crcolony.robot.settings import Heredity, Learning, Life
 
 _MAX_CACHED = 1_000
 """Texts of settings whose values are kept."""
@@ -24,6 +24,10 @@ class _BodySettings(msgspec.Struct, frozen=True):
     body: CyberRodent
 
 
+class _LifeSettings(msgspec.Struct, frozen=True):
+    life: Life
+
+
 Kind = TypeVar("Kind")
 
 
@@ -36,6 +40,11 @@ class PeerSettings:
     def of_robot(self, metadata: RobotMetadata | None) -> Mind | None:
         """Return the settings by which a robot's genes are read, or None if they are unknown or invalid."""
         return self._decode(Mind, metadata.settings) if metadata is not None else None
+
+    def life_of(self, metadata: RobotMetadata | None) -> Life | None:
+        """Return the settings of a robot's lifetimes, or None if they are unknown or invalid."""
+        settings = self._decode(_LifeSettings, metadata.settings) if metadata is not None else None
+        return settings.life if settings is not None else None
 
     def of_arena(self, metadata: ArenaMetadata | None) -> CyberRodent | None:
         """Return the settings of the bodies in an arena, or None if they are unknown or invalid."""

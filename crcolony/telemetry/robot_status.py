@@ -4,6 +4,8 @@ from dataclasses import dataclass, field
 
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import (
+    SILENT_AFTER_S,
+    Activity,
     ArenaMetadata,
     EventMessage,
     RobotMetadata,
@@ -11,6 +13,7 @@ from crcolony.protocol.telemetry_messages import (
     Scene,
 )
 from crcolony.protocol.token_set import TokenSet
+from crcolony.telemetry.event_text import format_activity
 from crcolony.telemetry.sequence_gaps import SequenceTracker
 
 
@@ -27,6 +30,10 @@ class RobotStatus:
     """When the state arrived, unix seconds"""
     restarts: int = 0
     """Incarnations that have started while it was monitored"""
+    activity: Activity | None = None
+    """What it does while it has no body"""
+    activity_s: float = 0.0
+    """When that arrived, unix seconds"""
     metadata: RobotMetadata | None = None
     """Of an earlier incarnation until the robot has replied in this one"""
     incarnation: int = -1
@@ -42,6 +49,14 @@ class RobotStatus:
     def is_alive(self) -> bool:
         """Whether it is online."""
         return self.tokens.is_online
+
+    def doing(self, unix_s: float) -> str:
+        """Return what it does without a body; empty if it has one, or has published nothing of it lately."""
+        has_body = self.state is not None and bool(self.state.arena)
+        is_later = self.updated_s > self.activity_s
+        return (
+            "" if has_body and is_later else _format_recent(self.activity, self.activity_s, unix_s)
+        )
 
     @property
     def missed(self) -> int:
@@ -86,8 +101,26 @@ class ArenaStatus:
     """Of an earlier run until the arena has replied in this one"""
     arena_run: int | None = None
     """That of its newest token"""
+    activity: Activity | None = None
+    """What it does before its run begins"""
+    activity_s: float = 0.0
+    """When that arrived, unix seconds"""
+    without_token: dict[RobotId, float] = field(default_factory=dict)
+    """Robots of the scene that are not online, and since when they are seen so"""
 
     @property
     def is_alive(self) -> bool:
         """Whether it is online."""
         return self.tokens.is_online
+
+    def doing(self, unix_s: float) -> str:
+        """Return what it does before its run begins; empty if it is online, or has published nothing of it lately."""
+        if self.is_alive:
+            return ""
+        return _format_recent(self.activity, self.activity_s, unix_s)
+
+
+def _format_recent(activity: Activity | None, at_s: float, unix_s: float) -> str:
+    if activity is None or unix_s - at_s > SILENT_AFTER_S:
+        return ""
+    return format_activity(activity)

@@ -17,11 +17,13 @@ from crcolony.protocol.key_expressions import (
     parse_robot_topic,
 )
 from crcolony.protocol.telemetry_messages import (
+    Activity,
     ArenaMetadata,
     EventMessage,
     RobotMetadata,
     RobotState,
     Scene,
+    decode_activity,
     decode_arena_metadata,
     decode_event,
     decode_history_reply,
@@ -30,7 +32,9 @@ from crcolony.protocol.telemetry_messages import (
     decode_state,
 )
 
-SampleKind = Literal["online", "offline", "state", "event", "scene", "history", "metadata"]
+SampleKind = Literal[
+    "online", "offline", "state", "event", "activity", "scene", "history", "metadata"
+]
 
 
 class RawSample(NamedTuple):
@@ -88,6 +92,25 @@ class EventSample(_Sample):
     kind: ClassVar[SampleKind] = "event"
     colony: str
     message: EventMessage
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotActivitySample(_Sample):
+    """A robot published what it does while it has no body."""
+
+    kind: ClassVar[SampleKind] = "activity"
+    colony: str
+    robot: RobotId
+    activity: Activity
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArenaActivitySample(_Sample):
+    """An arena published what it does before its run begins."""
+
+    kind: ClassVar[SampleKind] = "activity"
+    arena: str
+    activity: Activity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,6 +172,8 @@ TelemetrySample = (
     | OfflineSample
     | StateSample
     | EventSample
+    | RobotActivitySample
+    | ArenaActivitySample
     | SceneSample
     | HistorySample
     | RobotMetadataSample
@@ -187,6 +212,8 @@ def _parse(raw: RawSample) -> TelemetrySample:
             colony, robot = _robot(raw)
             message = _event(robot, raw.payload)
             return EventSample(colony=colony, message=message, **_common(raw))
+        case "activity":
+            return _activity(raw)
         case "scene":
             scene = decode_scene(raw.payload)
             _require(scene.arena == parse_arena_topic(raw.key, "scene"))
@@ -205,7 +232,6 @@ def _token(key: str) -> RobotToken | ArenaToken:
 
 
 def _robot(raw: RawSample) -> tuple[str, RobotId]:
-    """Return the colony and the robot that the key names."""
     named = parse_robot_topic(raw.key, raw.kind)
     if named is None:
         raise WireError("the key names no robot")
@@ -216,6 +242,15 @@ def _event(robot: RobotId, payload: bytes) -> EventMessage:
     message = decode_event(payload)
     _require(message.robot == robot and message.seq > 0)
     return message
+
+
+def _activity(raw: RawSample) -> RobotActivitySample | ArenaActivitySample:
+    activity = decode_activity(raw.payload)
+    arena = parse_arena_topic(raw.key, "activity")
+    if arena is not None:
+        return ArenaActivitySample(arena=arena, activity=activity, **_common(raw))
+    colony, robot = _robot(raw)
+    return RobotActivitySample(colony=colony, robot=robot, activity=activity, **_common(raw))
 
 
 def _history(raw: RawSample) -> HistorySample:

@@ -49,4 +49,21 @@ class ArenaLeft:
     arena: str
 
 
-StatusChange = RobotJoined | RobotLeft | RobotRestarted | EventReceived | ArenaJoined | ArenaLeft
+@dataclass(frozen=True)
+class ArenaChanged:
+    """A new run of an arena has other settings than the run before."""
+
+    arena: str
+    changes: tuple[str, ...]
+    """`group.name old → new`"""
+
+
+StatusChange = (
+    RobotJoined
+    | RobotLeft
+    | RobotRestarted
+    | EventReceived
+    | ArenaJoined
+    | ArenaLeft
+    | ArenaChanged
+)

@@ -25,6 +25,7 @@ _TOKEN_LIMIT_FACTOR = 2.0
 _MAX_PAYLOAD_BYTES: dict[SampleKind, int] = {
     "state": MAX_BODY_MESSAGE_BYTES,
     "event": MAX_ENVELOPE_BYTES,
+    "activity": MAX_BODY_MESSAGE_BYTES,
     "scene": MAX_SCENE_BYTES,
     "history": 2 * MAX_ENVELOPE_BYTES,
     "metadata": MAX_ENVELOPE_BYTES,
@@ -49,7 +50,7 @@ class TelemetrySubscriber:
         history: int = 0,
         on_raw_sample: Callable[[RawSample], None] = lambda raw: None,
     ) -> None:
-        self.monitor = ColonyMonitor(history=history)
+        self.monitor = ColonyMonitor(colony, history=history)
         self._session, self._sends_requests = session, sends_requests
         self._on_raw_sample = on_raw_sample
         self._queue = BoundedQueue[RawSample](_MAX_SAMPLES, _MAX_BYTES)
@@ -59,6 +60,10 @@ class TelemetrySubscriber:
             liveliness.declare_token(key_expressions.observer(str(session.zid()))),
             session.declare_subscriber(keys.all_states, self._callback("state")),
             session.declare_subscriber(keys.all_events, self._callback("event")),
+            session.declare_subscriber(keys.all_activities, self._callback("activity")),
+            session.declare_subscriber(
+                key_expressions.ALL_ARENA_ACTIVITIES, self._callback("activity")
+            ),
             session.declare_subscriber(key_expressions.ALL_SCENES, self._callback("scene")),
             liveliness.declare_subscriber(keys.all_alive, self._callback("online"), history=True),
             liveliness.declare_subscriber(

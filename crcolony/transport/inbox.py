@@ -6,6 +6,7 @@ from queue import Empty, SimpleQueue
 from crcolony.transport.bounded_queue import BoundedQueue
 from crcolony.transport.interface import (
     ActionReceived,
+    ArenaMetadataReceived,
     EnvelopeReceived,
     InboundEvent,
     JoinReplyReceived,
@@ -56,6 +57,7 @@ class Inbox:
                 EnvelopeReceived(envelope=message)
                 | QueryReceived(payload=message)
                 | SceneReceived(scene=message)
+                | ArenaMetadataReceived(metadata=message)
             ):
                 return self._others.put(event, len(message))
         return self._others.put(event, 0, limit_factor=math.inf)

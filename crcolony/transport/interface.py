@@ -16,6 +16,10 @@ class NetworkError(CrcolonyError):
     """The network cannot be used: the message names the endpoint and the reason."""
 
 
+class NetworkUnavailableError(NetworkError):
+    """The network cannot be used now, and may be later: an interface, a name or a router is not there yet."""
+
+
 @dataclass(frozen=True)
 class EnvelopeReceived:
     """A signed envelope for a robot of this process."""
@@ -73,6 +77,13 @@ class JoinReplyReceived:
 
 
 @dataclass(frozen=True)
+class ArenaMetadataReceived:
+    """The arena's reply to a request for its metadata."""
+
+    metadata: bytes
+
+
+@dataclass(frozen=True)
 class ObservationReceived:
     """An observation of a robot's body."""
 
@@ -114,12 +125,15 @@ InboundEvent = (
     | ArenaOnline
     | ArenaOffline
     | JoinReplyReceived
+    | ArenaMetadataReceived
     | ObservationReceived
     | SceneReceived
     | ActionReceived
     | QueryReceived
 )
 Deliver = Callable[[InboundEvent], None]
+TelemetryTopic = Literal["state", "event", "activity"]
+"""What a robot publishes for observers."""
 
 
 class Transport(Protocol):
@@ -133,13 +147,15 @@ class Transport(Protocol):
         """Send the arena a request to join or leave; the reply arrives as `JoinReplyReceived`."""
         ...
 
+    def request_arena_metadata(self) -> None:
+        """Request the arena's settings; the reply arrives as `ArenaMetadataReceived`."""
+        ...
+
     def publish_action(self, robot: RobotId, action: bytes) -> None:
         """Publish an action of a robot of this process."""
         ...
 
-    def publish_telemetry(
-        self, robot: RobotId, topic: Literal["state", "event"], data: bytes
-    ) -> None:
+    def publish_telemetry(self, robot: RobotId, topic: TelemetryTopic, data: bytes) -> None:
         """Publish telemetry of a robot of this process."""
         ...
 

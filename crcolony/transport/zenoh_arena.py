@@ -1,5 +1,7 @@
 """The arena's side of the transport over Zenoh."""
 
+from collections.abc import Callable
+
 import zenoh
 
 from crcolony.protocol import key_expressions
@@ -15,6 +17,12 @@ from crcolony.transport.zenoh_samples import (
     query_bytes,
     reply_once,
 )
+
+
+def activity_of_arena(session: zenoh.Session, arena: str) -> Callable[[bytes], None]:
+    """Return a function that publishes what an arena does before it is online."""
+    publisher = declare_publisher(session, ArenaKeys(arena).activity)
+    return publisher.put
 
 
 class ArenaTransport:

@@ -1,7 +1,8 @@
 """The robots' side of the transport over Zenoh."""
 
+import contextlib
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Any
 
 import zenoh
 
@@ -9,7 +10,9 @@ from crcolony.protocol import key_expressions
 from crcolony.protocol.codec import MAX_BODY_MESSAGE_BYTES, MAX_ENVELOPE_BYTES, MAX_SCENE_BYTES
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
+from crcolony.transport.close_session import close_session
 from crcolony.transport.interface import (
+    ArenaMetadataReceived,
     ArenaOffline,
     ArenaOnline,
     Deliver,
@@ -19,6 +22,7 @@ from crcolony.transport.interface import (
     ObservationReceived,
     QueryReceived,
     SceneReceived,
+    TelemetryTopic,
 )
 from crcolony.transport.liveliness_check import LivelinessCheck
 from crcolony.transport.zenoh_samples import (
@@ -29,6 +33,7 @@ from crcolony.transport.zenoh_samples import (
     query_bytes,
     reply_once,
 )
+from crcolony.transport.zenoh_session import has_links
 
 _JOIN_TIMEOUT_S = 1.0
 _MAX_GONE = 10_000
@@ -80,7 +85,11 @@ class RobotTransport:
 
     def close(self) -> None:
         """Close the session."""
-        self._session.close()  # type: ignore[no-untyped-call]
+        close_session(self._session)
+
+    def has_links(self) -> bool:
+        """Return whether this process is connected to any other."""
+        return has_links(self._session)
 
     def peers_without_token(self, now_s: float) -> list[str]:
         """Return the sessions of peers that have been connected for long and have no liveliness token, each once."""
@@ -128,7 +137,10 @@ class RobotTransport:
 
     def _undeclare(self, robot: RobotId) -> None:
         for entity in reversed(self._declared.pop(robot, [])):
-            entity.undeclare()
+            with contextlib.suppress(
+                zenoh.ZError
+            ):  # its session cannot be reached, and is closed next
+                entity.undeclare()
 
     def send_envelope(self, to: RobotId, envelope: bytes) -> None:
         """Send an envelope."""
@@ -154,16 +166,30 @@ class RobotTransport:
             consolidation=zenoh.ConsolidationMode.NONE,
         )
 
+    def request_arena_metadata(self) -> None:
+        """Request the arena's settings."""
+        deliver = self._deliver
+
+        def on_reply(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                deliver(ArenaMetadataReceived(payload_bytes(reply.ok.payload, MAX_ENVELOPE_BYTES)))
+
+        self._session.get(
+            self._arena.metadata,
+            callback(on_reply),
+            timeout=_JOIN_TIMEOUT_S,
+            consolidation=zenoh.ConsolidationMode.NONE,
+        )
+
     def publish_action(self, robot: RobotId, action: bytes) -> None:
         """Publish an action."""
         self._publish(self._arena.action(robot), action)
 
-    def publish_telemetry(
-        self, robot: RobotId, topic: Literal["state", "event"], data: bytes
-    ) -> None:
+    def publish_telemetry(self, robot: RobotId, topic: TelemetryTopic, data: bytes) -> None:
         """Publish telemetry."""
-        key = self._colony.state(robot) if topic == "state" else self._colony.event(robot)
-        self._publish(key, data)
+        keys = self._colony
+        key_of = {"state": keys.state, "event": keys.event, "activity": keys.activity}
+        self._publish(key_of[topic](robot), data)
 
     def subscribe_scene(self, is_needed: bool) -> None:
         """Deliver the arena's scenes while they are needed."""

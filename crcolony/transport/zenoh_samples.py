@@ -53,13 +53,16 @@ def payload_bytes(payload: zenoh.ZBytes, max_bytes: int) -> bytes:
     return payload.to_bytes() if len(payload) <= max_bytes else b""
 
 
-def reply_once(query: zenoh.Query) -> Callable[[bytes], None]:
-    """Return a function that replies to a query, once, from any thread."""
+def reply_once(query: zenoh.Query, key: str | None = None) -> Callable[[bytes], None]:
+    """Return a function that replies to a query, once, from any thread.
+
+    `key` is the key of the reply, for a query to several keys; None: that of the query.
+    """
     once = threading.Lock()
 
     def reply(data: bytes) -> None:
         if once.acquire(blocking=False):
-            query.reply(query.key_expr, data)
+            query.reply(key or query.key_expr, data)
             query.drop()  # type: ignore[no-untyped-call]
 
     return reply

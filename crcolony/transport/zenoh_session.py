@@ -12,6 +12,7 @@ import os
 import socket
 import struct
 import sys
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 import msgspec
@@ -20,7 +21,16 @@ from msgspec import Meta
 from zenoh.handlers import Callback
 
 from crcolony.protocol.codec import MAX_SCENE_BYTES
-from crcolony.transport.interface import NetworkError
+from crcolony.protocol.key_expressions import observer
+from crcolony.transport.endpoint import DATAGRAMS, UNIX_SOCKET, parse_endpoint, socket_address
+from crcolony.transport.interface import NetworkError, NetworkUnavailableError
+from crcolony.transport.open_files import allow_open_files
+from crcolony.transport.reachability import (
+    address_of_interface,
+    format_reason,
+    own_address_towards,
+    reason_unreachable,
+)
 
 PORT = 7447
 HERE = f"tcp/127.0.0.1:{PORT}"
@@ -35,12 +45,22 @@ Receiving has a thread of its own, since it blocks while there is no room for a 
 with one thread for both, a peer that sent a thousand queries a second blocked an arena for 5 s at a time. Our callbacks
 never block, so that two are enough; a router has more traffic, and keeps Zenoh's own threads."""
 
-_LOG_FILTER = "error,zenoh::api::session=off"
-"""What Zenoh logs on stderr, unless RUST_LOG is set: without the errors of a session that is being closed."""
+_LOG_FILTER = "off"
+"""What Zenoh logs, unless RUST_LOG is set: what a user has to know, commands say in their own words."""
+
+_PROBE_TIMEOUT_S = 2.0
+"""How long a router may take to accept a connection."""
 
 _CONGESTION_TIMEOUT_US = 500_000
 """A peer that receives nothing for this long is disconnected: a sample that must not be dropped blocks its sender until
 then, and with it all other peers, so this is well below the lease."""
+
+_NOT_YET = {
+    "Cannot assign requested address": "this machine has no such address",
+    "failed to lookup address": "its name is unknown",
+    "No such device": "no such interface",
+}
+"""What Zenoh says of endpoints to listen on that may exist later, and what it means."""
 
 MAX_MESH_ROBOTS = 32
 """Beyond this many robots a full mesh costs more than it gives."""
@@ -50,7 +70,7 @@ Session = zenoh.Session
 
 
 class NetworkSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """How to connect to the network. Endpoints are Zenoh's: `tcp/host:port`, `udp/…`, `tls/…`, `quic/…`."""
+    """How to connect to the network, with endpoints as Zenoh has them (`endpoint.py`)."""
 
     role: Literal["peer", "client", "router"] = "peer"
     connect: tuple[str, ...] = ()
@@ -64,18 +84,66 @@ class NetworkSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, k
 
 
 def open_session(network: NetworkSettings) -> Session:
-    """Connect to the network; raises NetworkError naming the endpoint and the reason."""
+    """Connect to the network; raises NetworkError naming the endpoint and the reason.
+
+    A peer's seeds need not answer yet. NetworkUnavailableError: it may succeed later (`wait_for_network.py`).
+    """
+    allow_open_files()
     zenoh.init_log_from_env_or(_LOG_FILTER)
     if network.role != "router":
         os.environ.setdefault("ZENOH_RUNTIME", _TWO_THREADS)
+    check_network(network)
     try:
         session = zenoh.open(zenoh.Config.from_json5(json.dumps(zenoh_config(network))))
     except zenoh.ZError as error:
-        raise NetworkError(_format_error(network, str(error))) from None
+        raise _network_error(network, str(error)) from None
     session.info.declare_link_events_listener(
         Callback(_disable_linger, indirect=False), history=True
     )
     return session
+
+
+def has_links(session: Session) -> bool:
+    """Return whether the session is connected to any other process."""
+    try:
+        return bool(session.info.peers_zid()) or bool(session.info.routers_zid())
+    except zenoh.ZError:  # it is closed
+        return False
+
+
+@contextlib.contextmanager
+def declared_as_observer(session: Session) -> Iterator[None]:
+    """Have a liveliness token inside the context, as a process that starts has no other yet.
+
+    Peers report a process without a token as another program (`liveliness_check.py`).
+    """
+    token = session.liveliness().declare_token(observer(str(session.zid())))
+    try:
+        yield
+    finally:
+        token.undeclare()  # type: ignore[no-untyped-call]
+
+
+def check_endpoints(network: NetworkSettings) -> None:
+    """Raise NetworkError that names the first text that is no endpoint."""
+    for endpoint in network.connect:
+        parse_endpoint(endpoint)
+    for endpoint in network.listen:
+        parse_endpoint(endpoint, to_listen=True)
+
+
+def check_network(network: NetworkSettings) -> None:
+    """Raise NetworkError for wrong settings, NetworkUnavailableError if they cannot be used now; may take seconds."""
+    check_endpoints(network)
+    zenoh_config(network)
+    if network.role == "client":
+        reasons = [reason_unreachable(parse_endpoint(e), _PROBE_TIMEOUT_S) for e in network.connect]
+        if all(reasons):
+            tried = ", ".join(
+                f"{endpoint} ({reason})"
+                for endpoint, reason in zip(network.connect, reasons, strict=True)
+            )
+            raise NetworkUnavailableError(f"no router answers at {tried or '(none given)'}")
 
 
 def _disable_linger(_: zenoh.LinkEvent) -> None:
@@ -147,86 +215,72 @@ def zenoh_config(network: NetworkSettings) -> dict[str, Any]:
 
 
 def free_port(host: str = "127.0.0.1") -> int:
-    """Return a TCP port of `host` that is not in use now."""
-    with socket.socket() as probe:
+    """Return a TCP port of an address of this machine that is not in use now."""
+    with socket.socket(_family(host)) as probe:
         probe.bind((host, 0))
         port: int = probe.getsockname()[1]
     return port
 
 
 def is_taken(endpoint: str) -> bool:
-    """Return whether a TCP endpoint of this machine is in use already."""
-    host, port = _host_and_port(endpoint)
-    with socket.socket() as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    """Return whether another process of this machine listens on an endpoint; raises NetworkError if it is none."""
+    parsed = parse_endpoint(endpoint, to_listen=True)
+    if parsed.protocol == UNIX_SOCKET:
+        return not reason_unreachable(parsed, _PROBE_TIMEOUT_S)
+    kind = socket.SOCK_DGRAM if parsed.protocol in DATAGRAMS else socket.SOCK_STREAM
+    with socket.socket(_family(parsed.host), kind) as probe:
+        if kind == socket.SOCK_STREAM:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
-            probe.bind((host, port))
+            probe.bind((parsed.host, parsed.port))
         except OSError as error:
             return error.errno == errno.EADDRINUSE
     return False
 
 
+def _family(host: str) -> socket.AddressFamily:
+    return socket.AF_INET6 if ":" in host else socket.AF_INET
+
+
 def _own_endpoints(network: NetworkSettings) -> tuple[str, ...]:
-    """Return a free port of the own address that reaches the first seed, or of the interface."""
+    """Return a free port of the own address that reaches a seed, or of the interface."""
     if network.role == "client":
         return ()
     host = "127.0.0.1"
     if network.connect:
-        seed, port = _host_and_port(network.connect[0])
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            try:
-                probe.connect((seed, port))
-                host = probe.getsockname()[0]
-            except OSError as error:
-                raise NetworkError(f"{network.connect[0]}: {error.strerror or error}") from None
+        host = _own_address_towards_any(network.connect)
     elif network.interface:
-        host = _address_of(network.interface)
-    return (f"tcp/{host}:0",)
+        host = address_of_interface(network.interface)
+    return (f"tcp/{socket_address(host, 0)}",)
 
 
-def _address_of(interface: str) -> str:
-    """Return the IPv4 address of a network interface (Linux only).
+def _own_address_towards_any(endpoints: tuple[str, ...]) -> str:
+    """Return the own address that reaches the first endpoint to which there is a way.
 
-    Raises NetworkError if there is none, or if the interface is down or has no multicast.
+    Raises NetworkUnavailableError if there is none.
     """
-    import fcntl
-
-    siocgifflags, siocgifaddr = 0x8913, 0x8915
-    is_up, has_multicast = 0x1, 0x1000
-    request = struct.pack("256s", interface[:15].encode())
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+    problems = []
+    for endpoint in endpoints:
         try:
-            flags = struct.unpack("H", fcntl.ioctl(probe.fileno(), siocgifflags, request)[16:18])[0]
-            answer = fcntl.ioctl(probe.fileno(), siocgifaddr, request)
+            return own_address_towards(parse_endpoint(endpoint))
         except OSError as error:
-            raise NetworkError(
-                f"interface {interface}: {error.strerror}; it needs an IPv4 address"
-            ) from None
-    if not flags & is_up:
-        raise NetworkError(f"interface {interface}: it is down")
-    if not flags & has_multicast:
-        raise NetworkError(
-            f"interface {interface}: it has no multicast; use --connect and --listen instead"
-        )
-    return socket.inet_ntoa(answer[20:24])
+            problems.append(f"{endpoint}: {format_reason(error)}")
+    raise NetworkUnavailableError("; ".join(problems))
 
 
-def _host_and_port(endpoint: str) -> tuple[str, int]:
-    _, slash, address = endpoint.partition("/")
-    host, colon, port = address.rpartition(":")
-    is_port = port.isascii() and port.isdigit() and len(port) <= 5 and 0 < int(port) < 65536
-    if not slash or not colon or not is_port:
-        raise NetworkError(f"{endpoint}: not an endpoint; expected something like {HERE}")
-    return host.strip("[]"), int(port)
-
-
-def _format_error(network: NetworkSettings, reason: str) -> str:
+def _network_error(network: NetworkSettings, reason: str) -> NetworkError:
+    """Return what an error of Zenoh means for the user."""
+    listen = ", ".join(network.listen)
     for endpoint in network.listen:
         if "ddress already in use" in reason or is_taken(endpoint):
-            return f"{endpoint}: the port is taken; choose another with --listen"
-    if "Cannot assign requested address" in reason:
-        return f"{', '.join(network.listen)}: this machine has no such address"
+            return NetworkError(f"{endpoint}: the port is taken; choose another with --listen")
+    for text, meaning in _NOT_YET.items():
+        if text in reason and network.listen:
+            return NetworkUnavailableError(f"{listen}: {meaning}")
     if network.role == "client":
-        return f"no router answers at {', '.join(network.connect) or '(none given)'}"
+        return NetworkUnavailableError(
+            f"what answers at {', '.join(network.connect)} is no Zenoh router"
+        )
     short = reason.splitlines()[0].split(" at /")[0]
-    return f"{', '.join(network.listen + network.connect) or network.interface}: {short}"
+    where = ", ".join(network.listen + network.connect) or network.interface
+    return NetworkError(f"{where}: {short}")

@@ -15,13 +15,15 @@ class ArenaSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_
     """The shared world: a rectangle with walls, obstacles and battery packs."""
 
     width_m: NotNegative = 0.0
-    """0: a square of `area_per_robot_m2` for every robot."""
+    """Width of the arena; 0: a square of `area_per_robot_m2` for every robot."""
     height_m: NotNegative = 0.0
-    """0: as high as wide."""
+    """Height of the arena; 0: as high as wide."""
     area_per_robot_m2: Positive = 1.21
+    """Area of the arena for every robot, where no width is given."""
     packs: Annotated[int, Meta(ge=0, le=100_000)] = 0
-    """0: `packs_per_robot` for every robot."""
+    """Battery packs in the arena; 0: `packs_per_robot` for every robot."""
     packs_per_robot: NotNegative = 2.0
+    """Battery packs for every robot, where no number of packs is given."""
     pack_charge: Share = 0.4
     """Energy in a full pack; an empty one is replaced by a full one elsewhere."""
     pack_charge_per_step: Annotated[float, Meta(gt=0.0, le=1.0)] = 0.4
@@ -34,10 +36,11 @@ class ArenaSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_
     """Round obstacles: x, y, radius, in metres from the middle of the arena."""
     inner_walls: tuple[tuple[Coordinate, Coordinate, Coordinate, Coordinate], ...] = ()
     """Straight obstacles: from x, y to x, y, in metres from the middle of the arena."""
-    wall_turn_rad: Angle = 0.0
+    wall_turn_rad: Angle = 1.0
     """Reflex: a robot that touches an outer wall turns by a random angle up to this; 0: walls only
     stop it."""
     control_period_s: Positive = 0.2
+    """Simulated time between two observations."""
     physics_steps: Annotated[int, Meta(ge=1, le=100)] = 1
     """Physics steps in a control period, at least: there are more where a fast robot would jump
     over a wall."""

@@ -1,4 +1,4 @@
-"""The dashboard: six tabs, drawn from the telemetry of colonies, live or recorded."""
+"""The dashboard: seven tabs, drawn from the telemetry of colonies, live or recorded."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 from crcolony.telemetry.colony_monitor import ColonyMonitor
 from crcolony.telemetry.status_changes import StatusChange
 from crcolony_dashboards.rerun_streams import Moment, RerunStreams
-from crcolony_dashboards.tabs.arena import ArenaTab
+from crcolony_dashboards.tabs.colony import ColonyTab
 from crcolony_dashboards.tabs.evolution import EvolutionTab
+from crcolony_dashboards.tabs.genes import GenesTab
 from crcolony_dashboards.tabs.life import LifeTab
 from crcolony_dashboards.tabs.lineage import LineageTab
 from crcolony_dashboards.tabs.log import LogTab
@@ -29,14 +30,15 @@ class Dashboard:
     def __init__(self, monitor: ColonyMonitor, agent: str = "") -> None:
         self.view = ColonyView(monitor)
         self.tabs: Sequence[Tab] = (
-            ArenaTab(),
+            ColonyTab(),
+            EvolutionTab(),
+            GenesTab(agent),
             LifeTab(),
-            EvolutionTab(agent),
             LineageTab(),
             NetworkTab(),
             LogTab(),
         )
-        self._rate_throttle = Throttle(1.0)
+        self._second_throttle = Throttle(1.0)
         self._sim_s = 0.0
         """The last known time of the colony, kept when its arena is gone"""
 
@@ -49,7 +51,8 @@ class Dashboard:
             rrb.TimePanel(
                 state="collapsed",
                 timeline=timeline,
-                play_state="following" if is_live else "paused",
+                play_state="following" if is_live else "playing",
+                loop_mode="off" if is_live else "all",
             ),
             rrb.BlueprintPanel(state="collapsed"),
             rrb.SelectionPanel(state="collapsed"),
@@ -72,8 +75,9 @@ class Dashboard:
         view = self.view
         view.monitor.handle_timeouts(unix_s)
         view.refresh(unix_s)
-        if self._rate_throttle.is_due(unix_s):
+        if self._second_throttle.is_due(unix_s):
             view.update_rates(unix_s)
+            view.update_generations(unix_s)
         sim_s = view.sim_s()
         self._sim_s = self._sim_s if sim_s is None else sim_s
         moment = Moment(unix_s, self._sim_s, view.generation())

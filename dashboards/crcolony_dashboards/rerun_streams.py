@@ -19,11 +19,14 @@ if TYPE_CHECKING:
 SERVER_MEMORY = "256MB"
 """Of the server for viewers that connect late; when it is full the oldest data are dropped"""
 _LIVE_FLUSH_S = 0.1
+ARENA_TIMELINE = "arena"
+"""The colony's own time during the stretch of a past run that a replay opens with"""
+TIMELINES = ("wall", "sim", "generation", ARENA_TIMELINE)
 
 
 @dataclass(frozen=True)
 class Moment:
-    """The time of a drawing on the three timelines."""
+    """The time of a drawing on the timelines."""
 
     unix_s: float
     sim_s: float

@@ -1,14 +1,15 @@
 """The command line ends with the exit code that fits, and never with a traceback for wrong input."""
 
 import argparse
+import shlex
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 
-import crcolony.cli as cli
-from crcolony.cli import main
+from crcolony.cli import main, make_parser
 from crcolony.errors import (
     EXIT_FATAL,
     EXIT_INTERRUPTED,
@@ -16,7 +17,13 @@ from crcolony.errors import (
     CrcolonyError,
     FatalStorageError,
 )
-from tests.support.command_line import FAST, command, run_command
+from tests.support.command_line import (
+    FAST,
+    command,
+    parsers_of_commands,
+    refusal,
+    run_command,
+)
 
 WRONG = [
     ("evolve", "--robots", "x"),
@@ -122,12 +129,50 @@ def test_a_bug_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_every_command_has_a_help(capsys: pytest.CaptureFixture[str]) -> None:
-    """It says what the command does, and every option has a text."""
-    parser = cli._parser()
-    (commands,) = (a for a in parser._actions if isinstance(a, argparse._SubParsersAction))
-    assert len(commands.choices) == 16
-    for name, command_parser in commands.choices.items():
-        with pytest.raises(SystemExit):
-            main([name, "--help"])
-        assert command_parser.description in " ".join(capsys.readouterr().out.split())
-        assert all(action.help for action in command_parser._actions), name
+    """It says what the command does, every option has a text, and the examples are ones that it accepts."""
+    for name, parser in parsers_of_commands().items():
+        assert main([name, "--help"]) == 0
+        printed = capsys.readouterr().out
+        assert str(parser.description) in " ".join(printed.split())
+        assert all(action.help for action in parser._actions), name
+        _, examples = printed.split("\nexamples:\n")
+        lines = [line.strip() for line in examples.splitlines() if line.startswith("  crcolony")]
+        assert lines, name
+        for line in lines:
+            words = shlex.split(line.partition(">")[0])
+            assert words[:2] == ["crcolony", name]
+            make_parser().parse_args(words[1:])
+
+
+def test_the_version_is_that_of_the_installed_package(capsys: pytest.CaptureFixture[str]) -> None:
+    """On standard output."""
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"crcolony {version('crcolony')}\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        ("evolv", "there is no command 'evolv'; did you mean evolve?"),
+        ("luanch -n 4", "did you mean launch?"),
+        ("evolve --robts 5", "unrecognized arguments: --robts 5; did you mean --robots?"),
+        ("status --secnds=5", "did you mean --seconds?"),
+        ("evolve --selection centrl", "did you mean central?"),
+        ("config --set life.agent=5", "did you mean life.agents?"),
+        ("config --set agents=5", "did you mean life.agents?"),
+        ("config --set lambda=5", "did you mean heredity.highest_lambda?"),
+        ("config --set lief.agents=5", "did you mean life?"),
+        ("config --set selection=fair", "choose one of implicit, central"),
+    ],
+)
+def test_a_wrong_word_comes_with_the_right_one(
+    words: str, hint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Commands, options, their values, and keys of settings."""
+    assert hint in refusal(capsys, *words.split())
+
+
+def test_a_word_like_no_other_has_no_hint(capsys: pytest.CaptureFixture[str]) -> None:
+    """Nothing is proposed at random."""
+    for words in ("xyzzy", "evolve --xyzzy", "config --set xyzzy=5"):
+        assert "did you mean" not in refusal(capsys, *words.split())

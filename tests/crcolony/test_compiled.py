@@ -1,11 +1,15 @@
 """Compiled code is cached in a folder that changes with the sources of which it is made."""
 
 import ast
+import os
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from llvmlite import binding  # type: ignore[import-untyped]
 
 import crcolony
 from crcolony.compiled import (
@@ -14,8 +18,10 @@ from crcolony.compiled import (
     compiled,
     is_first_start,
     is_switched_off,
+    machine_digest,
     source_digest,
 )
+from tests.support.paths import ROOT
 
 PACKAGE = Path(crcolony.__file__).parent
 
@@ -100,15 +106,83 @@ def test_the_digest_is_in_the_path_wherever_the_cache_is(
 ) -> None:
     """In NUMBA_CACHE_DIR as in the user's cache, old machine code is never used after a change of
     sources."""
+    name = f"{source_digest(PACKAGE)}-{machine_digest()}"
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "numba"))
-    assert cache_folder() == tmp_path / "numba" / source_digest(PACKAGE)
+    folder = cache_folder()
+    assert folder is not None
+    assert folder == tmp_path / "numba" / name
     assert is_first_start()
-    cache_folder().mkdir(parents=True)
+    (folder / "code").touch()
     assert not is_first_start()
     cache_folder.cache_clear()
     monkeypatch.delenv("NUMBA_CACHE_DIR")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    assert cache_folder() == tmp_path / "cache" / "crcolony" / source_digest(PACKAGE)
+    assert cache_folder() == tmp_path / "cache" / "crcolony" / name
+
+
+def test_code_of_another_processor_is_in_another_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A home on NFS, or an SD card that moves: by the processor's name, and by its features."""
+    digests = {machine_digest()}
+    monkeypatch.setattr(binding, "get_host_cpu_name", lambda: "cortex-a72")
+    digests.add(machine_digest())
+
+    def unknown() -> None:
+        raise RuntimeError("LLVM knows no features here")
+
+    monkeypatch.setattr(binding, "get_host_cpu_features", unknown)
+    digests.add(machine_digest())
+    assert len(digests) == 3
+
+
+@pytest.mark.slow
+def test_old_machine_code_never_runs_after_a_change_of_source(
+    package: Path, tmp_path: Path
+) -> None:
+    """With NUMBA_CACHE_DIR set, for numba's cache and for the step that is compiled ahead of time.
+
+    Only a function that is inlined into others is changed, and its file keeps its time and size.
+    """
+    program = (
+        "from tests.support.small_robots import new_robots, empty_observation\n"
+        "from crcolony.robot.step import step_robot\n"
+        "import numpy as np\n"
+        "from crcolony.body.contract import ACTION_WIDTH\n"
+        "batch, parameters, (robot,) = new_robots(1)\n"
+        "robot.start()\n"
+        "before = robot.energy\n"
+        "robot.step(empty_observation())\n"
+        "middle = robot.energy\n"
+        "step_robot(batch, parameters, 0, empty_observation(), np.zeros(ACTION_WIDTH))\n"
+        "print(before - middle, middle - robot.energy)\n"
+    )
+    environment = {
+        **os.environ,
+        "PYTHONPATH": f"{tmp_path}:{ROOT}",
+        "NUMBA_CACHE_DIR": str(tmp_path / "numba"),
+        "NUMBA_DISABLE_JIT": "0",
+        "PYTHONDONTWRITEBYTECODE": "1",  # Python itself goes by a file's time and size
+    }
+
+    def costs() -> list[float]:
+        done = subprocess.run(
+            [sys.executable, "-c", program],
+            capture_output=True,
+            text=True,
+            env=environment,
+            cwd=tmp_path,
+        )
+        assert done.returncode == 0, done.stderr
+        return [float(word) for word in done.stdout.split()]
+
+    former = costs()
+    path = package / "robot" / "energy.py"
+    written = path.stat()
+    source = path.read_text("utf-8")
+    assert source.count("- cost, ") == 1
+    path.write_text(source.replace("- cost, ", "- 9e-3, "), "utf-8")
+    os.utime(path, ns=(written.st_atime_ns, written.st_mtime_ns))
+    assert former == pytest.approx([1e-3, 1e-3], rel=0.5)
+    assert costs() == pytest.approx([9e-3, 9e-3])
 
 
 @pytest.mark.parametrize(("value", "expected"), [("", False), ("0", False), ("1", True)])

@@ -1,11 +1,13 @@
 """A config is checked as a whole before anything runs, and an error names file, key and reason."""
 
+import tomllib
 from pathlib import Path
 
 import msgspec
 import pytest
+import tomli_w
 
-from crcolony.config import Config, ConfigError, load, to_toml
+from crcolony.config import Config, ConfigError, load, to_toml, warnings_of
 
 
 def test_the_defaults_are_a_config() -> None:
@@ -126,3 +128,41 @@ def test_every_number_has_bounds() -> None:
 def test_the_configs_of_the_repository_are_valid(path: Path) -> None:
     """Each differs from the defaults."""
     assert load(path) != Config()
+
+
+def test_the_config_of_an_earlier_run_means_what_it_meant(tmp_path: Path) -> None:
+    """A file that lists all settings of an earlier version has the former values of those that came later."""
+    tree = tomllib.loads(to_toml(load(None, ["robots=5"])))
+    for group, setting in (
+        ("learning", "jaw_modules"),
+        ("learning", "visible_mates"),
+        ("heredity", "highest_selector"),
+    ):
+        del tree[group][setting]
+    path = tmp_path / "config.toml"
+    path.write_text(tomli_w.dumps(tree))
+    config = load(path)
+    assert config.robots == 5
+    assert config.learning.jaw_modules == ("foraging", "mating")
+    assert config.learning.visible_mates == "any"
+    assert config.heredity.highest_selector == 0.0
+    mine = path.rename(tmp_path / "my.toml")
+    assert load(mine) == load(None, ["robots=5"])
+    path.write_text("robots = 5\n")
+    assert load(path) == load(None, ["robots=5"])
+
+
+@pytest.mark.parametrize("name", ["former_default", "senses"])
+def test_the_configs_beside_the_code_are_valid(name: str) -> None:
+    """A user starts from them."""
+    load(Path(__file__).parents[2] / "configs" / f"{name}.toml")
+
+
+@pytest.mark.parametrize(("tilings", "is_warned"), [(3, True), (6, True), (9, True), (7, False)])
+def test_tilings_that_line_up_are_warned_of(tilings: int, is_warned: bool) -> None:
+    """The default is not among them."""
+    warnings = warnings_of(load(None, [f"learning.tilings={tilings}"]))
+    assert [w.startswith(f"learning.tilings: {tilings} shares a factor") for w in warnings] == (
+        [True] if is_warned else []
+    )
+    assert warnings_of(Config()) == []

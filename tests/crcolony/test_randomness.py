@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from crcolony.randomness import (
+    EventGenerator,
     draw,
     draw_bits,
     draw_bits_uncompiled,
@@ -70,6 +71,20 @@ def test_a_copied_stream_draws_the_same_numbers() -> None:
     assert generator(stream).random() == generator(copy).random()
     assert stream.tolist() == copy.tolist()
     assert generator(stream).random() != pytest.approx(generator(stream).random())
+
+
+@given(UINT64)
+def test_a_generator_is_philox_with_a_draw_as_its_key(key: int) -> None:
+    """Whatever it draws, and has drawn for the events before."""
+    stream = np.array([key, 0], dtype=np.uint64)
+    copy, events = stream.copy(), EventGenerator()
+    for _ in range(3):
+        own = events.begin(stream)
+        numpys = np.random.Generator(np.random.Philox(key=draw_bits_uncompiled(copy)))
+        for rng in (own, numpys):
+            rng.integers(7, dtype=np.uint32)  # which leaves half of a number behind
+        assert own.random() == numpys.random()
+        assert own.normal(size=9).tolist() == numpys.normal(size=9).tolist()
 
 
 def test_uncompiled_draws_are_the_same_numbers() -> None:

@@ -78,3 +78,10 @@ class TestChangeDetector:
         """It counts as a long time."""
         detector = ChangeDetector(15.0)
         assert [detector.is_due("x", T + s) for s in (3600.0, 0.0, 1.0)] == [True, True, False]
+
+    def test_nothing_is_repeated_where_time_passes_in_jumps(self) -> None:
+        """As in the replay of a run of hundreds of hours; changes are due all the same."""
+        detector = ChangeDetector(15.0)
+        values = ["x", "x", "x", "y", "y"]
+        is_due = [detector.is_due(value, T + 600.0 * k) for k, value in enumerate(values)]
+        assert is_due == [True, False, False, True, False]

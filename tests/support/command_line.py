@@ -1,5 +1,6 @@
 """Runs the command `crcolony`: as a process of its own, or in this one where it must refuse."""
 
+import argparse
 import os
 import subprocess
 import sys
@@ -8,16 +9,29 @@ from pathlib import Path
 
 import pytest
 
-from crcolony.cli import main
+from crcolony.cli import main, make_parser
 from tests.support.paths import PYTHONPATH
 from tests.support.small_colony import SMALL
 
-FAST = ["--generations", "3", *(word for setting in SMALL for word in ("--set", setting))]
+FAST = [
+    *("--no-plots", "--generations", "3"),
+    *(word for setting in SMALL for word in ("--set", setting)),
+]
 """Options of a run of a moment."""
 ENVIRONMENT = {**os.environ, "PYTHONPATH": PYTHONPATH}
 
 Refused = Callable[[str], str]
 """Runs a wrong command line; returns the line with which it is refused."""
+
+
+def parsers_of_commands() -> dict[str, argparse.ArgumentParser]:
+    """Return the parser of every command by its name."""
+    (commands,) = (
+        action
+        for action in make_parser()._actions
+        if isinstance(action, argparse._SubParsersAction)
+    )
+    return dict(commands.choices)
 
 
 def command(*words: str | Path) -> list[str]:

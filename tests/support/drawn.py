@@ -113,5 +113,6 @@ class TabHarness:
         self.streams.clear()
         moment = self.telemetry.moment()
         self.streams.set_time(moment)
+        self.view.update_generations(moment.unix_s)
         self.tab.draw(self.streams, self.view, moment)
         return self.streams

@@ -39,6 +39,7 @@ from crcolony.transport.interface import (
     ObservationReceived,
     QueryReceived,
     SceneReceived,
+    TelemetryTopic,
 )
 from tests.support.small_colony import small
 
@@ -57,18 +58,20 @@ class RecordingTransport:
         self.telemetry: list[tuple[str, bytes]] = []
         """Topic and message"""
         self.is_scene_needed = False
+        self.metadata_requests = 0
 
     def send_envelope(self, to: RobotId, envelope: bytes) -> None: ...
 
     def request_body(self, robot: RobotId, request: bytes) -> None:
         self.requests.append(decode_join(request))
 
+    def request_arena_metadata(self) -> None:
+        self.metadata_requests += 1
+
     def publish_action(self, robot: RobotId, action: bytes) -> None:
         self.actions.append(decode_action(action))
 
-    def publish_telemetry(
-        self, robot: RobotId, topic: Literal["state", "event"], data: bytes
-    ) -> None:
+    def publish_telemetry(self, robot: RobotId, topic: TelemetryTopic, data: bytes) -> None:
         self.telemetry.append((topic, data))
 
     def subscribe_scene(self, is_needed: bool) -> None:

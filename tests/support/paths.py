@@ -5,5 +5,5 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 
-PYTHONPATH = os.pathsep.join(map(str, (ROOT, ROOT / "dashboards")))
+PYTHONPATH = os.pathsep.join(map(str, (ROOT, ROOT / "dashboards", ROOT / "robot_firmware_bridge")))
 """For processes that tests start: they run the code of this checkout, whatever is installed."""

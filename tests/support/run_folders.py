@@ -24,6 +24,15 @@ def finish(results: RunFolder, colony: InProcessColony, stop_after: int = 10**9)
     results.close()
 
 
+def bytes_of(folder: Path) -> dict[str, bytes]:
+    """Return the content of every file in a folder and its subfolders."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
 def rows_of(folder: Path, table: str) -> list[tuple[object, ...]]:
     """Return the rows of a table of a run's history."""
     with closing(sqlite3.connect(folder / "history.sqlite")) as database:

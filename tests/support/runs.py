@@ -1,29 +1,16 @@
 """Short runs for tests of recordings and dashboards, as folders and as samples."""
 
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 
 import msgspec
 
-from crcolony.config import Config
 from crcolony.evolution.history import Born, Died, Event, Lived, Mated, OwnEvent, TurnedOver
-from crcolony.in_process.run import run_until_done, start_run
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import EventMessage, Exchanged
-from crcolony.results.run_folder import RunFolder
 from crcolony.telemetry.samples import EventSample, TelemetrySample
 
 SEED = 10
 """Of a small colony in which every robot mates."""
-
-
-def run(folder: Path, config: Config, stop_after: int = 10**9) -> RunFolder:
-    """Run an in-process colony until its end, or until it has asked `stop_after` times whether to stop."""
-    results, colony = start_run(folder, config)
-    checks = iter(range(stop_after))
-    run_until_done(results, colony, lambda: next(checks, None) is None, lambda _: None)
-    results.close()
-    return results
 
 
 def event_messages(samples: Iterable[TelemetrySample]) -> list[EventMessage]:
@@ -77,4 +64,4 @@ def _with_robot_numbers(event: OwnEvent, numbers: dict[str, int]) -> OwnEvent:
 
 def _agent_with_robot_number(name: str, numbers: dict[str, int]) -> str:
     robot, _, own = name.partition("/")
-    return f"{numbers[robot]}/{own}"
+    return f"{numbers.get(robot, robot)}/{own}"  # the mother of a founder is of another run

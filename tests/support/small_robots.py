@@ -58,6 +58,9 @@ def random_observation(rng: np.random.Generator) -> FloatArray:
             row[blob] = 1.0
             row[blob + contract.DISTANCE] = rng.uniform(0.0, 1.6)
             row[blob + contract.BEARING] = rng.uniform(-1.4, 1.4)
+            lamp = rng.integers(4)
+            if lamp < 3:  # otherwise it is off
+                row[blob + contract.COLOUR + lamp] = 1.0
     row[contract.ENCOUNTER_ROBOT] = -1.0
     if rng.random() < 0.08:
         row[contract.CHARGE] = 0.2

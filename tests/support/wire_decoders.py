@@ -12,6 +12,7 @@ from crcolony.protocol.body_messages import (
 from crcolony.protocol.envelope import open_envelope
 from crcolony.protocol.mating_messages import decode_mating_message
 from crcolony.protocol.telemetry_messages import (
+    decode_activity,
     decode_arena_metadata,
     decode_event,
     decode_history_reply,
@@ -37,6 +38,7 @@ DECODERS: dict[str, Decode] = {
 TELEMETRY_DECODERS: dict[str, Decode] = {
     "event": decode_event,
     "state": decode_state,
+    "activity": decode_activity,
     "history_request": decode_history_request,
     "history_reply": decode_history_reply,
     "robot_metadata": decode_robot_metadata,

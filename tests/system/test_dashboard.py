@@ -32,12 +32,12 @@ from tests.support.telemetry_recorder import TelemetryRecorder, room_m
 ROBOTS = 4
 HUNGRY = ("life.initial_energy=0.6", "life.energy_per_step=0.004", "arena.packs=2")
 
-TABS = ("Arena", "Life", "Evolution", "Lineage", "Network", "Log")
+TABS = ("Colony", "Evolution", "Genes", "Life", "Lineage", "Network", "Log")
 MAX_LAG_S = 3.0
 """From the arrival of telemetry to its drawing, on a busy machine"""
 MAX_STATE_AGE_S = 6.0
 """Of a state whose energy is drawn: without a newer one for so long, robots are drawn grey"""
-PICTURE_TIMEOUT_S = 30.0
+PICTURE_TIMEOUT_S = 60.0
 
 Measure = Callable[[Picture], float]
 

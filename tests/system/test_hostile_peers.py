@@ -18,14 +18,18 @@ from tests.support.mating_audit import check_ledger
 from tests.support.process import wait_until
 from tests.support.process_colony import settle
 
-CALM_S = 3.0
+pytestmark = pytest.mark.alone
+
+CALM_S = 1.0
 """How long is measured without an attack."""
-ATTACK_S = 6.0
+ATTACK_S = 3.0
 MIN_MATED = 0.8
 """Of the share of encounters that become matings without an attack; the promise is 0.9."""
 MAX_LATE_PERIODS = 1.5
 """How much the 99th percentile of control periods may grow under attack, in periods."""
 MAX_GROWN_MIB = 40.0
+ATTEMPTS = 3
+"""A busy machine may delay a few control steps; an attack that delays them does so in each attempt."""
 
 
 @dataclass
@@ -39,15 +43,19 @@ class Besieged:
         """Run an attack and check what holds under any; return the measurements, and the states before it."""
         before = self.states()
         self.calm.append(self.siege.monitor(CALM_S))
+        share = statistics.mean(figures.mated_share for figures in self.calm)
+        latest_ms = statistics.mean(figures.period_ms[1] for figures in self.calm)
+        latest_ms += MAX_LATE_PERIODS * 1000.0 / HZ
         with self.siege.attacked(attack):
-            during = self.siege.monitor(ATTACK_S)
+            for _ in range(ATTEMPTS):
+                during = self.siege.monitor(ATTACK_S)
+                assert during.grown_mib <= MAX_GROWN_MIB, during
+                if during.mated_share >= MIN_MATED * share and during.period_ms[1] <= latest_ms:
+                    break
         for process in self.siege.honest:
             assert process.is_running, process.output[-2000:]
-        share = statistics.mean(figures.mated_share for figures in self.calm)
-        latest = statistics.mean(figures.period_ms[1] for figures in self.calm)
         assert during.mated_share >= MIN_MATED * share > 0.0, during
-        assert during.period_ms[1] <= latest + MAX_LATE_PERIODS * 1000.0 / HZ, during
-        assert during.grown_mib <= MAX_GROWN_MIB, during
+        assert during.period_ms[1] <= latest_ms, during
         return during, before
 
     def states(self) -> list[RobotState]:
@@ -66,7 +74,7 @@ class Besieged:
 def besieged(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Besieged]:
     """A colony for all attacks; afterwards its ledger is exact."""
     with siege(tmp_path_factory.mktemp("siege")) as made:
-        yield Besieged(made, [made.monitor(CALM_S)])
+        yield Besieged(made, [made.monitor(ATTACK_S)])
         settle(made.made, made.view)
         made.made.stop_robots()
         check_ledger(made.made.stores)

@@ -15,6 +15,8 @@ from tests.support.observer import StateReceived
 from tests.support.process import Process, wait_until
 from tests.support.process_colony import Colony, View, colony, settings, settle
 
+pytestmark = pytest.mark.alone
+
 HZ = 30.0
 CLOCK = ("--hz", str(HZ))
 
@@ -179,7 +181,7 @@ def test_launch_restarts_processes_that_are_killed(tmp_path: Path) -> None:
     run = tmp_path / "run"
     with colony(tmp_path) as made:
         options = ("-n", "3", *CLOCK, *settings(), "--out", str(run))
-        launched = made.start("launch", "launch", *options)
+        launched = made.start("launch", "launch", "--no-plots", *options)
         launched.wait_for("3 robots are connected")
         wait_for_bodies(run, 1)
         victims = child_of(launched, "robot", "--number", "1"), child_of(launched, "arena", "--hz")

@@ -110,7 +110,7 @@ def test_hosted_robots_mate_with_robots_of_other_processes(tmp_path: Path) -> No
     """Twenty robots in one process, two in processes of their own, one arena: all are connected, and mate both ways."""
     with colony(tmp_path) as made:
         host = made.start(
-            "host", "host", "-n", "20", *settings(), *CLOCK,
+            "host", "host", "--no-plots", "-n", "20", *settings(), *CLOCK,
             "--listen", made.endpoint, "--out", str(tmp_path / "host"),
         )  # fmt: skip
         host.wait_for("and 8 slots for others")

@@ -18,13 +18,15 @@ from tests.support.process import wait_until
 from tests.support.process_colony import colony, settings
 from tests.support.rerun_viewer import headless_viewer
 
+pytestmark = pytest.mark.alone
+
 HZ = 30.0
 SECONDS = 4.0
 
 
 def test_a_lockstep_colony_has_the_same_history_with_any_viewer(tmp_path: Path) -> None:
     """Unwatched, and watched with a viewer stalled, the dashboard stalled, and both killed, the hash is the same."""
-    options = [*settings("generations=5"), "--seed", "3"]
+    options = [*settings("generations=5"), "--seed", "3", "--no-plots"]
     hashes = []
     with colony(tmp_path) as made:
         evolved = made.start(

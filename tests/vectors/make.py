@@ -37,6 +37,7 @@ from crcolony.protocol.mating_messages import (
     pack_genes,
 )
 from crcolony.protocol.telemetry_messages import (
+    Activity,
     ArenaMetadata,
     EncounterOutcome,
     EventMessage,
@@ -139,6 +140,7 @@ TELEMETRY: dict[str, Message] = {
         faults=5,
         period_ms=200.5,
     ),
+    "activity": Activity(1_790_000_000_000, "compiling the control step", 12, 30),
     "history_request": HistoryRequest(3, 2),
     "history_reply": HistoryReply(3, 1, [encode(EVENT_MESSAGES["event_met"])]),
     "robot_metadata": RobotMetadata(INITIATOR.id, 3, '{"body":{"camera_m":1.5}}', [RESPONDER.id]),

@@ -49,12 +49,12 @@ def band_of(tables: Sequence[Table], column: str) -> Band:
     if len(tables) < MIN_RUNS:
         low, high = values.min(axis=0), values.max(axis=0)
     else:
-        half = _half_interval(values, count)
+        half = half_interval(values, count)
         low, high = mean - half, mean + half
     return Band(generation[kept], mean, low, high, count)
 
 
-def _half_interval(values: FloatArray, count: IntArray) -> FloatArray:
+def half_interval(values: FloatArray, count: IntArray) -> FloatArray:
     """Return half the 95 % interval of the mean of the finite values in each column of (runs, generations)."""
     from scipy.special import stdtrit  # as t.ppf of scipy.stats, which takes a second to import
 

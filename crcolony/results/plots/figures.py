@@ -12,7 +12,9 @@ from matplotlib.patches import Patch
 from crcolony.results.generation_summary import quantile_name
 from crcolony.results.plots.bands import MIN_RUNS
 from crcolony.results.plots.conditions import Condition, PlotError
+from crcolony.results.plots.neutral_band import neutral_bands
 from crcolony.results.plots.potentials import draw_potentials
+from crcolony.results.plots.runs import draw_runs
 from crcolony.results.plots.style import (
     COLUMN_IN,
     LINES,
@@ -26,14 +28,22 @@ from crcolony.robot.modules import MODULES
 
 _PANELS = {
     "matings": "Matings per agent",
+    "energy_weighted_matings": "… weighted by energy",
     "conceptions": "Conceptions per agent",
+    "mating_share": "Share of mating steps",
     "captures": "Batteries captured per agent",
     "energy": "Mean energy while alive",
     "starved": "Share of agents that starved",
     "lived_steps": "Steps lived per agent",
 }
-_SHARES = ("energy", "starved")
-_SYMBOLS = dict(zip(META_PARAMETERS, ("α", "γ", "λ", "τ", "decay of τ"), strict=True))
+_SHARES = ("energy", "starved", "mating_share")
+_SYMBOLS = dict(zip(META_PARAMETERS, ("α", "γ", "λ", "τ", "decay of τ"), strict=True)) | {
+    "effective_tau": "last τ of a life"
+}
+_RANGES = {"effective_tau": "tau"}
+"""What has the range of a meta-parameter of another name."""
+_NEUTRAL: dict[str, Any] = {"color": "0.88", "linewidth": 0.0, "zorder": 0}
+"""The look of the band of a neutral gene."""
 _CHARACTERS_PER_IN = 14.5
 """Of a legend's text, on average."""
 _HANDLE_CHARACTERS = 8
@@ -43,13 +53,17 @@ _LINE_IN = 0.16
 
 
 def draw_figures(conditions: Sequence[Condition]) -> dict[str, Figure]:
-    """Return the figures of some conditions by name; for several runs also `matings` alone, for a column of a paper.
+    """Return the figures of some conditions by name; for several also every run, and `matings` alone, for a column.
 
     Raises PlotError for more conditions than can be told apart, or a history that cannot be read.
     """
     if len(conditions) > len(LINES):
         raise PlotError(f"{len(conditions)} settings: a figure can show {len(LINES)}")
-    figures = {} if _is_single(conditions) else {"matings": draw_matings(conditions)}
+    figures = (
+        {}
+        if _is_single(conditions)
+        else {"matings": draw_matings(conditions), "runs": draw_runs(conditions)}
+    )
     return figures | {
         "generations": draw_generations(conditions),
         "meta_parameters": draw_meta_parameters(conditions),
@@ -71,11 +85,14 @@ def draw_matings(conditions: Sequence[Condition]) -> Figure:
 
 def draw_generations(conditions: Sequence[Condition]) -> Figure:
     """Draw the means of what agents did, and of their energy, by generation."""
+    panels = {column: title for column, title in _PANELS.items() if _is_known(conditions, column)}
     figure = new_figure(PAGE_IN, 3.2)
-    rows = figure.subplots(2, 3, sharex=True)
-    for axes, (column, title) in zip(rows.flat, _PANELS.items(), strict=True):
+    rows = figure.subplots(2, ceil(len(panels) / 2), sharex=True)
+    for axes, (column, title) in zip(rows.flat, panels.items(), strict=False):
         _draw_lines(axes, conditions, column)
         format_axes(axes, title, top=1.0 if column in _SHARES else 0.0)
+    for axes in rows.flat[len(panels) :]:
+        axes.remove()
     for axes in rows[-1]:
         axes.set_xlabel("generation")
     _add_legend(figure, conditions, caption(conditions))
@@ -85,27 +102,45 @@ def draw_generations(conditions: Sequence[Condition]) -> Figure:
 def draw_meta_parameters(conditions: Sequence[Condition]) -> Figure:
     """Draw each module's meta-parameters: for one run the median and the spread over agents, for more the medians.
 
-    The axes show the whole range that evolution may use.
+    Behind each is the band of a neutral gene, along the pedigrees of the first condition. The axes show the whole range
+    that evolution may use.
     """
+    metas = [
+        meta
+        for meta in _SYMBOLS
+        if _is_known(conditions, quantile_name(f"{MODULES[0].name}.{meta}", 0.5))
+    ]
+    genes = [f"{module.name}.{meta}" for module in MODULES for meta in META_PARAMETERS]
+    neutral = neutral_bands(conditions[0], genes)
     figure = new_figure(PAGE_IN, 2.9)
-    rows = figure.subplots(len(MODULES), len(META_PARAMETERS), sharex=True, sharey="col")
+    rows = figure.subplots(len(MODULES), len(metas), sharex=True, sharey="col")
     for module, axes_row in zip(MODULES, rows, strict=True):
-        for meta, axes in zip(META_PARAMETERS, axes_row, strict=True):
-            gene = f"{module.name}.{meta}"
+        for meta, axes in zip(metas, axes_row, strict=True):
+            name = f"{module.name}.{meta}"
+            if name in neutral:
+                band = neutral[name]
+                axes.fill_between(band.generation, band.low, band.high, **_NEUTRAL)
             if _is_single(conditions):
-                _draw_spread(axes, conditions[0], gene)
-            _draw_lines(axes, conditions, quantile_name(gene, 0.5))
+                _draw_spread(axes, conditions[0], name)
+            _draw_lines(axes, conditions, quantile_name(name, 0.5))
             format_axes(axes, top=_highest(conditions, meta))
         axes_row[0].set_ylabel(module.name)
-    for meta, top, bottom in zip(META_PARAMETERS, rows[0], rows[-1], strict=True):
+    for meta, top, bottom in zip(metas, rows[0], rows[-1], strict=True):
         top.set_title(_SYMBOLS[meta])
         bottom.set_xlabel("generation")
+    _add_legend(figure, conditions, _explain_medians(conditions, bool(neutral)))
+    return figure
+
+
+def _explain_medians(conditions: Sequence[Condition], has_neutral: bool) -> str:
     if _is_single(conditions):
         words = "Medians over agents, and the middle 50 % and 90 % of them"
     else:
         words = f"Each run's median over agents. {caption(conditions)}".strip()
-    _add_legend(figure, conditions, words)
-    return figure
+    if not has_neutral:
+        return words
+    of = f" ({conditions[0].name})" if len(conditions) > 1 and conditions[0].name else ""
+    return f"{words}\nGrey: where 90 % of neutral genes would lie{of}"
 
 
 def caption(conditions: Sequence[Condition]) -> str:
@@ -121,6 +156,11 @@ def caption(conditions: Sequence[Condition]) -> str:
             "of two runs the bands go from one to the other"
         )
     return "Means over runs with 95 % intervals (Student's t)"
+
+
+def _is_known(conditions: Sequence[Condition], column: str) -> bool:
+    """Return whether all runs have a column: some are unknown where a history was merged from robots' files."""
+    return all(column in run.table for condition in conditions for run in condition.runs)
 
 
 def _is_single(conditions: Sequence[Condition]) -> bool:
@@ -151,7 +191,8 @@ def _draw_spread(axes: Axes, condition: Condition, gene: str) -> None:
 def _highest(conditions: Sequence[Condition], meta: str) -> float:
     """Return the upper limit of a meta-parameter over all conditions."""
     return max(
-        float(getattr(condition.config.heredity, f"highest_{meta}")) for condition in conditions
+        float(getattr(condition.config.heredity, f"highest_{_RANGES.get(meta, meta)}"))
+        for condition in conditions
     )
 
 

@@ -2,21 +2,44 @@
 
 import dataclasses
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from crcolony.compiled import FloatArray
-from crcolony.learning.features import grid_axis
-from crcolony.robot.genes import META_PARAMETERS, decode, selector_inputs
+from crcolony.robot.genes import META_PARAMETERS, decode
 from crcolony.robot.modules import MODULES
 from crcolony.telemetry.peer_settings import Mind
 from crcolony_dashboards.rerun_streams import RerunStreams
 from crcolony_dashboards.tabs import palette
-from crcolony_dashboards.tabs.evolution_layout import SYMBOLS
+from crcolony_dashboards.view_model.comparison import INPUTS, SYMBOLS
 from crcolony_dashboards.view_model.naming import NameLookup, agent_number, agent_robot
+from crcolony_dashboards.view_model.potentials import potential
+
+if TYPE_CHECKING:
+    import rerun.blueprint as rrb
 
 _PIXELS = 61
 """Width and height of a heat map"""
+_BAR_X, _BAR_WIDTH = _PIXELS + 4, 5
+"""Of the colour bar beside it"""
+
+
+def potential_views() -> "list[rrb.View]":
+    """Return a view of the potential of every module."""
+    import rerun.blueprint as rrb
+
+    return [
+        rrb.Spatial2DView(
+            origin=f"/genes/potential/{module.name}",
+            name=f"Φ of {module.name}, by where its target is",
+            background=palette.BACKGROUND,
+            visual_bounds=rrb.VisualBounds2D(
+                x_range=(-16.0, _BAR_X + 24.0), y_range=(-18.0, _PIXELS + 20.0)
+            ),
+        )
+        for module in MODULES
+    ]
 
 
 def draw_agent(
@@ -26,35 +49,23 @@ def draw_agent(
     import rerun as rr
 
     weights = decode(genes, mind.learning).potentials
-    potentials = [potential(mind, module_weights) for module_weights in weights]
+    potentials = [potential(mind, module_weights, _PIXELS) for module_weights in weights]
     for module, values in zip(MODULES, potentials, strict=True):
-        path = f"/evolution/potential/{module.name}"
-        streams.log(path, rr.Image(palette.heat_map(values[::-1])))
-        streams.log(f"{path}/axes", _axes(mind))
+        path = f"/genes/potential/{module.name}"
+        streams.log(path, rr.Image(heat_map_with_scale(values)))
+        _draw_axes(streams, path, mind, values)
     text = format_agent(agent, genes, mind, potentials, name_of)
-    streams.log("/evolution/agent", rr.TextDocument(text, media_type="text/markdown"))
+    streams.log("/genes/agent", rr.TextDocument(text, media_type="text/markdown"))
 
 
-def has_camera(mind: Mind) -> bool:
-    """Return whether a robot sees anything that a potential could depend on."""
-    return min(mind.body.camera_range_m, mind.body.camera_half_angle_rad) > 1e-6
-
-
-def potential(mind: Mind, weights: FloatArray) -> FloatArray:
-    """Return a potential over distance (rows, from 0) and bearing (columns, from the left), (61, 61)."""
-    range_m, half_angle_rad = mind.body.camera_range_m, mind.body.camera_half_angle_rad
-    distances_m = np.linspace(0.0, range_m, _PIXELS)
-    bearings_rad = np.abs(np.linspace(-half_angle_rad, half_angle_rad, _PIXELS))
-    by_distance = _responses(distances_m, range_m, mind.learning.potential_distances)
-    by_bearing = _responses(bearings_rad, half_angle_rad, mind.learning.potential_bearings)
-    return np.asarray(by_distance @ weights @ by_bearing.T)
-
-
-def _responses(inputs: FloatArray, high: float, count: int) -> FloatArray:
-    """Return the responses of `count` normalised radial units between 0 and `high`, (inputs, units)."""
-    centres, width = grid_axis(0.0, high, count)
-    responses = np.exp(-0.5 * ((inputs[:, None] - centres) / width) ** 2)
-    return np.asarray(responses / responses.sum(axis=1, keepdims=True))
+def heat_map_with_scale(values: FloatArray) -> palette.Colours:
+    """Return the picture of a potential, with large distances at the top and a colour bar at its right."""
+    picture = np.empty((_PIXELS, _BAR_X + _BAR_WIDTH, 3), dtype=np.uint8)
+    picture[:] = palette.BACKGROUND
+    picture[:, :_PIXELS] = palette.heat_map(values[::-1])
+    scale = np.linspace(values.max(), values.min(), _PIXELS)
+    picture[:, _BAR_X:] = palette.heat_map(scale)[:, None]
+    return picture
 
 
 def format_agent(
@@ -79,27 +90,37 @@ def format_agent(
     highs = [f"{values.max():.2f}" for values in potentials]
     rows += [f"| lowest Φ | {' | '.join(lows)} |", f"| highest Φ | {' | '.join(highs)} |", ""]
     rows += ["Its selector mates where this is above 0:", ""]
-    for name, weight in zip(selector_inputs(), decoded.selector[0], strict=True):
-        rows.append(f"- {weight:+.2f} {name.replace('_', ' ')}")
+    for name, weight in zip(INPUTS, decoded.selector[0], strict=True):
+        rows.append(f"- {weight:+.2f} {name}")
     return "\n".join(rows)
 
 
-def _axes(mind: Mind) -> object:
-    """Return labels beside a heat map."""
+def _draw_axes(streams: RerunStreams, path: str, mind: Mind, values: FloatArray) -> None:
+    """Draw numbers and names of both axes, and a colour bar with the lowest, the middle and the highest value."""
     import rerun as rr
 
     degrees = round(float(np.degrees(mind.body.camera_half_angle_rad)))
-    last = _PIXELS - 1
+    last, range_m = _PIXELS - 1, mind.body.camera_range_m
+    low, high = float(values.min()), float(values.max())
     marks = {
-        (0.0, last + 4.0): f"{degrees}° left",
-        (last / 2, last + 4.0): "ahead, 0 m",
-        (last * 1.0, last + 4.0): f"{degrees}° right",
-        (last / 2, -4.0): f"{mind.body.camera_range_m:g} m",
+        (0.0, last + 2.0): f"{-degrees}",
+        (last / 2, last + 2.0): "0",
+        (last * 1.0, last + 2.0): f"{degrees}",
+        (last / 2, last + 10.0): "bearing (degrees, right is +)",
+        (-7.0, last - 4.0): "0",
+        (-7.0, last / 2 - 3.0): f"{0.5 * range_m:g}",
+        (-7.0, -3.0): f"{range_m:g}",
+        (2.0, -13.0): "distance (m)",
+        (_BAR_X + 12.0, last - 4.0): f"{low:.2f}",
+        (_BAR_X + 12.0, last / 2 - 3.0): f"{0.5 * (low + high):.2f}",
+        (_BAR_X + 12.0, -3.0): f"{high:.2f}",
+        (_BAR_X + 4.0, -13.0): "Φ",
     }
-    return rr.Points2D(
+    labels = rr.Points2D(
         np.array(list(marks)),
         labels=list(marks.values()),
-        radii=0.1,
-        colors=[palette.DIM],
+        radii=0.0,
+        colors=[palette.SOFT],
         show_labels=True,
     )
+    streams.log(f"{path}/numbers", labels)

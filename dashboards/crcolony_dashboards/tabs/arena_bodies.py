@@ -20,8 +20,12 @@ from crcolony_dashboards.tabs.robot_markers import (
 )
 from crcolony_dashboards.view_model.naming import NameLookup
 
-_FACE_SHARE = 0.68
+FACE_SHARE = 0.68
 """Radius of the face, of the robot's; the rest is the ring"""
+HEADING_SHARE = 0.22
+"""Radius of the disc that shows the heading"""
+HEADING_OFFSET = 1.25
+"""How far it is from the robot's centre"""
 _PACK_RADIUS_M = 0.035
 _MIN_PACK_SHARE = 0.35
 """A pack's radius is at least this share of a robot's on the picture"""
@@ -107,15 +111,15 @@ def draw_robots(
     )
     faces = rr.Points2D(
         markers.points,
-        radii=_FACE_SHARE * markers.radius_m,
+        radii=FACE_SHARE * markers.radius_m,
         colors=colours.module,
         labels=[name_of(robot) for robot in markers.robots] if is_labelled else None,
         show_labels=is_labelled,
         draw_order=21.0,
     )
     headings = rr.Points2D(
-        markers.points + 1.25 * markers.radius_m * ahead,
-        radii=0.22 * markers.radius_m,
+        markers.points + HEADING_OFFSET * markers.radius_m * ahead,
+        radii=HEADING_SHARE * markers.radius_m,
         colors=[palette.INK],
         draw_order=22.0,
     )

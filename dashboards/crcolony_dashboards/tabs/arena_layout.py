@@ -1,7 +1,8 @@
-"""Layout of the arena tab: a large view coloured by module, a small one by founder, and the status text."""
+"""The views of the arena: robots by module and energy, and robots by founder."""
 
 from typing import TYPE_CHECKING
 
+from crcolony_dashboards.rerun_streams import ARENA_TIMELINE
 from crcolony_dashboards.tabs import palette
 
 if TYPE_CHECKING:
@@ -9,47 +10,48 @@ if TYPE_CHECKING:
 
 ROOT = "/arena/world"
 """Entities below it are in metres of the first arena, with y up"""
-STATUS = "/arena/now"
 _HALF_VIEW = 1.08
 """Half the width of the view; the arenas are scaled to reach from -1 to 1"""
 _TRAIL_S = 4.0
 """How long a trail is visible"""
 
 
-def arena_layout() -> "rrb.Container":
-    """Return the layout of the tab."""
+def arena_view() -> "rrb.View":
+    """Return the view of the arena."""
     import rerun.blueprint as rrb
 
-    bounds = rrb.VisualBounds2D(
-        x_range=(-_HALF_VIEW, _HALF_VIEW), y_range=(-_HALF_VIEW, _HALF_VIEW)
-    )
     trail = [
         rrb.VisibleTimeRange(
             timeline,
             start=rrb.TimeRangeBoundary.cursor_relative(seconds=-_TRAIL_S),
             end=rrb.TimeRangeBoundary.cursor_relative(),
         )
-        for timeline in ("wall", "sim")
+        for timeline in ("wall", "sim", ARENA_TIMELINE)
     ]
-    return rrb.Horizontal(
-        rrb.Spatial2DView(
-            origin="/arena",
-            contents=[f"+ {ROOT}/**", f"- {ROOT}/founders"],
-            name="Arena: face foraging blue, mating pink; ring hungry red to full green",
-            background=palette.BACKGROUND,
-            visual_bounds=bounds,
-            overrides={f"{ROOT}/trails": [rrb.VisibleTimeRanges(trail)]},
-        ),
-        rrb.Vertical(
-            rrb.TextDocumentView(origin=STATUS, name="Now"),
-            rrb.Spatial2DView(
-                origin="/arena",
-                contents=[f"+ {ROOT}/walls", f"+ {ROOT}/founders"],
-                name="By founder of the agent in control",
-                background=palette.BACKGROUND,
-                visual_bounds=bounds,
-            ),
-        ),
-        column_shares=[2.2, 1],
+    return rrb.Spatial2DView(
+        origin="/arena",
+        contents=[f"+ {ROOT}/**", f"- {ROOT}/founders"],
         name="Arena",
+        background=palette.BACKGROUND,
+        visual_bounds=_bounds(),
+        overrides={f"{ROOT}/trails": [rrb.VisibleTimeRanges(trail)]},
     )
+
+
+def founders_view() -> "rrb.View":
+    """Return the view of the arena in which every robot has the colour of its agent's main founder."""
+    import rerun.blueprint as rrb
+
+    return rrb.Spatial2DView(
+        origin="/arena",
+        contents=[f"+ {ROOT}/walls", f"+ {ROOT}/founders"],
+        name="Robots by founder of the agent in control",
+        background=palette.BACKGROUND,
+        visual_bounds=_bounds(),
+    )
+
+
+def _bounds() -> "rrb.VisualBounds2D":
+    import rerun.blueprint as rrb
+
+    return rrb.VisualBounds2D(x_range=(-_HALF_VIEW, _HALF_VIEW), y_range=(-_HALF_VIEW, _HALF_VIEW))

@@ -11,6 +11,7 @@ import numpy as np
 from crcolony.protocol.identity import RobotId
 from crcolony_dashboards.rerun_streams import Moment, RerunStreams
 from crcolony_dashboards.tabs import palette
+from crcolony_dashboards.tabs.arena_layout import founders_view
 from crcolony_dashboards.tabs.tab import entity_name, full_time_axis
 from crcolony_dashboards.throttle import ChangeDetector, Throttle
 from crcolony_dashboards.view_model.colony_view import Colony, ColonyView
@@ -46,7 +47,7 @@ class LineageTab:
         """Of every colony the numbers of the founders with lines of their own"""
 
     def layout(self) -> "rrb.Container":
-        """Return the family tree, with the founders' shares below."""
+        """Return the family tree, with the founders' shares and the robots by founder below."""
         import rerun.blueprint as rrb
 
         return rrb.Vertical(
@@ -59,13 +60,17 @@ class LineageTab:
                 force_collision_radius=rrb.archetypes.ForceCollisionRadius(enabled=False),
                 force_center=rrb.archetypes.ForceCenter(enabled=False),
             ),
-            rrb.TimeSeriesView(
-                origin="/lineage/founders",
-                name="Share of founders in the genes of all living agents",
-                axis_x=full_time_axis(),
-                axis_y=rrb.ScalarAxis(range=(-0.02, 1.02)),
+            rrb.Horizontal(
+                rrb.TimeSeriesView(
+                    origin="/lineage/founders",
+                    name="Share of founders in the genes of all living agents",
+                    axis_x=full_time_axis(),
+                    axis_y=rrb.ScalarAxis(range=(-0.02, 1.02)),
+                ),
+                founders_view(),
+                column_shares=[2, 1],
             ),
-            row_shares=[2, 1],
+            row_shares=[1.6, 1],
             name="Lineage",
         )
 

@@ -2,9 +2,10 @@
 
 from typing import TYPE_CHECKING
 
-from crcolony_dashboards.rerun_streams import Moment, RerunStreams
+from crcolony_dashboards.rerun_streams import TIMELINES, Moment, RerunStreams
 from crcolony_dashboards.throttle import Throttle
 from crcolony_dashboards.view_model.colony_view import ColonyView
+from crcolony_dashboards.view_model.status_text import format_line
 
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
@@ -20,7 +21,16 @@ class LogTab:
         """Return the log view."""
         import rerun.blueprint as rrb
 
-        return rrb.TextLogView(origin="/log", name="Log")
+        # Rerun makes the column of times too narrow: lines begin with the colony's own time instead
+        columns = rrb.archetypes.TextLogColumns(
+            timeline_columns=[
+                rrb.encodings.TimelineColumn(timeline=name, visible=False) for name in TIMELINES
+            ],
+            text_log_columns=[
+                rrb.encodings.TextLogColumn(kind=kind) for kind in ("LogLevel", "Body")
+            ],
+        )
+        return rrb.TextLogView(origin="/log", name="Log", columns=columns)
 
     def setup(self, streams: RerunStreams) -> None:
         """Draw nothing: there is nothing to draw yet."""
@@ -31,4 +41,5 @@ class LogTab:
 
         if self._throttle.is_due(moment.unix_s):
             for line in view.pop_log_lines():
-                streams.log(f"/log/{line.kind}", rr.TextLog(line.text, level=line.level))
+                text = format_line(line, view.period_s())
+                streams.log("/log", rr.TextLog(text, level=line.level))

@@ -23,8 +23,8 @@ _MATRIX_PIXELS = 512
 """Size of the matrix; a cell has as many whole pixels as fit"""
 _MAX_ROWS = 40
 """Of the table"""
-IS_PEER = palette.GOOD
-NO_PEER = palette.BAD
+IS_PEER = palette.YES
+NO_PEER = palette.NO
 ITSELF = palette.FAINT
 UNKNOWN = (30, 33, 40)
 """The robot has not published its peers yet"""
@@ -64,7 +64,7 @@ class NetworkTab:
             rrb.Vertical(
                 rrb.Spatial2DView(
                     origin=MATRIX,
-                    name=f"Peers: robot (row) sees robot (column), green yes, red no; at most {_MAX_MATRIX}",
+                    name=f"Peers: robot (row) sees robot (column), blue yes, orange no; at most {_MAX_MATRIX}",
                     background=palette.BACKGROUND,
                     visual_bounds=rrb.VisualBounds2D(
                         x_range=(-0.12 * _MATRIX_PIXELS, 1.02 * _MATRIX_PIXELS),

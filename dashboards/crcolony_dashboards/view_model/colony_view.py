@@ -18,13 +18,19 @@ from crcolony.protocol.telemetry_messages import (
     Scene,
 )
 from crcolony.telemetry.colony_monitor import ColonyMonitor
+from crcolony.telemetry.notices import notices
+from crcolony.telemetry.peer_settings import Mind, PeerSettings
 from crcolony.telemetry.robot_status import ArenaStatus, RobotStatus
 from crcolony.telemetry.status_changes import EventReceived, StatusChange
 from crcolony_dashboards.throttle import Throttle
+from crcolony_dashboards.view_model.expected_end import ExpectedEnd, expected_end
 from crcolony_dashboards.view_model.family_tree import FamilyTree
+from crcolony_dashboards.view_model.gene_statistics import gene_statistics
+from crcolony_dashboards.view_model.generation_history import GenerationHistory, GenerationRow
 from crcolony_dashboards.view_model.generations import Generation, Generations
 from crcolony_dashboards.view_model.log_buffer import LogBuffer
 from crcolony_dashboards.view_model.log_lines import LogLine, format_change
+from crcolony_dashboards.view_model.mating_reports import MatingReports
 from crcolony_dashboards.view_model.naming import robot_names, short_id
 from crcolony_dashboards.view_model.pairings import Pairing, RecentPairings
 from crcolony_dashboards.view_model.plausibility import (
@@ -32,12 +38,15 @@ from crcolony_dashboards.view_model.plausibility import (
     is_plausible_event,
     is_plausible_scene,
 )
+from crcolony_dashboards.view_model.potentials import has_camera, number_of_genes
 from crcolony_dashboards.view_model.rates import ColonyRates, RateCounter
 
 MAX_COLONIES = 8
 """Drawn apart from each other; robots of further colonies are drawn but not counted"""
 _MAX_DELAY_S = 5.0
 """A meeting reported later than this, by back-fill, is not drawn"""
+_MAX_EVENTS = 5
+"""On the first screen"""
 _ROBOTS_REFRESH_S = 0.5
 """How often the list of robots, their states and names are updated"""
 
@@ -48,6 +57,7 @@ class Colony:
 
     name: str
     generations: Generations = field(default_factory=Generations)
+    history: GenerationHistory = field(default_factory=GenerationHistory)
     family: FamilyTree = field(default_factory=FamilyTree)
     rates: ColonyRates = field(default_factory=ColonyRates)
     best: str = ""
@@ -66,7 +76,17 @@ class ColonyView:
         """Robots on the network, in order of their number and id"""
         self.arenas: list[ArenaStatus] = []
         """Arenas with a scene that can be drawn, in order of their name"""
+        self.connection_problems: list[str] = []
+        """Endpoints at which nobody answers"""
+        self.notices: list[str] = []
+        """What is awaited, and what cannot be reached"""
+        self.activities: dict[str, str] = {}
+        """What robots without a body, and arenas before their run, do: by the name that a person reads"""
         self._pairings = RecentPairings()
+        self.events: deque[LogLine] = deque(maxlen=_MAX_EVENTS)
+        """The last log lines, the newest last"""
+        self._settings = PeerSettings()
+        self._mating_reports = MatingReports()
         self._log = LogBuffer()
         self._rate_counter = RateCounter()
         self._states: dict[str, list[RobotState]] = {}
@@ -80,12 +100,20 @@ class ColonyView:
         """Process one status change, received at `unix_s`."""
         line = format_change(change, self.name_of)
         if line is not None:
-            self._log.add(line)
+            self._add_line(line)
         if isinstance(change, EventReceived):
             self._handle_event(change.message, unix_s)
 
+    def _add_line(self, line: LogLine) -> None:
+        self._log.add(line)
+        self.events.append(line)
+
     def _handle_event(self, message: EventMessage, unix_s: float) -> None:
         event = message.event
+        if isinstance(event, Exchanged):
+            line = self._mating_reports.add(message, event, unix_s, self.name_of)
+            if line is not None:
+                self._add_line(line)
         if isinstance(event, Met | Exchanged) and not self._is_late(message):
             self._pairings.add(message.robot, event, unix_s)
         colony = self.colony_of(message.robot)
@@ -100,7 +128,7 @@ class ColonyView:
             colony.generations.add_birth(message.robot, event)
             colony.family.add_birth(message.robot, event)
         elif isinstance(event, Lived) and is_plausible_event(event):
-            colony.generations.add_lifetime(event, message.unix_ms / 1000.0, unix_s)
+            colony.generations.add_lifetime(event, unix_s)
 
     def _is_late(self, message: EventMessage) -> bool:
         """Return whether an event happened long before its robot's last state, by that robot's own clock."""
@@ -117,7 +145,10 @@ class ColonyView:
         ]
         if self._robots_throttle.is_due(unix_s):
             self._refresh_robots()
+            self._refresh_notices(unix_s)
         self._pairings.drop_old(unix_s)
+        for line in self._mating_reports.pop_overdue(unix_s, self.name_of):
+            self._add_line(line)
 
     def _refresh_robots(self) -> None:
         self.alive = self.monitor.alive
@@ -129,6 +160,17 @@ class ColonyView:
         for name, colony in self.colonies.items():
             colony.has_ended = colony.has_ended or name not in present
         self._names = robot_names(self.monitor.robots, len(self.colonies) > 1)
+
+    def _refresh_notices(self, unix_s: float) -> None:
+        self.notices = notices(self.monitor, unix_s, self.connection_problems)
+        doing = {
+            f"arena {name}": arena.doing(unix_s) for name, arena in self.monitor.arenas.items()
+        }
+        doing |= {
+            f"robot {self.name_of(robot)}": status.doing(unix_s)
+            for robot, status in self.monitor.robots.items()
+        }
+        self.activities = {name: text for name, text in sorted(doing.items()) if text}
 
     def update_rates(self, unix_s: float) -> None:
         """Count matings and captures from the robots' states; called about once a second."""
@@ -143,6 +185,26 @@ class ColonyView:
         minutes = (unix_s if sim_s is None else sim_s) / 60.0
         for colony in self.colonies.values():
             colony.rates.add_sample(unix_s, minutes, len(self.states(colony.name)))
+
+    def update_generations(self, unix_s: float) -> None:
+        """Add the generations that have ended to the histories of their colonies; called about once a second."""
+        for colony in self.colonies.values():
+            present = {state.robot: state.generation for state in self.states(colony.name)}
+            for generation in colony.generations.pop_ended(present, unix_s):
+                colony.best = generation.best
+                colony.history.add(self._row(colony, generation))
+
+    def _row(self, colony: Colony, generation: Generation) -> GenerationRow:
+        mind = self.mind_of(colony, generation.genotypes.shape[-1])
+        return GenerationRow(
+            number=generation.number,
+            agents=generation.agents,
+            matings=generation.matings,
+            captures=generation.captures,
+            conceptions=generation.conceptions,
+            energy=generation.energy,
+            genes=gene_statistics(generation.genotypes, mind) if mind is not None else None,
+        )
 
     # Output ---------------------------------------------------------------------------------------------------------
 
@@ -179,15 +241,27 @@ class ColonyView:
         """Return the log lines since the last call; called once a second."""
         return self._log.pop_lines()
 
-    def pop_ended_generations(self, unix_s: float) -> list[tuple[Colony, Generation]]:
-        """Return the generations that have ended since the last call, with their colonies."""
-        ended = []
-        for colony in self.colonies.values():
-            present = {state.robot: state.generation for state in self.states(colony.name)}
-            for generation in colony.generations.pop_ended(present, unix_s):
-                colony.best = generation.best
-                ended.append((colony, generation))
-        return ended
+    def mind_of(self, colony: Colony, genes: int) -> Mind | None:
+        """Return the settings by which genotypes of so many genes are read, as one of the colony's robots has them."""
+        for status in self.alive:
+            mind = (
+                self._settings.of_robot(status.metadata) if status.colony == colony.name else None
+            )
+            if mind is not None and has_camera(mind) and number_of_genes(mind) == genes:
+                return mind
+        return None
+
+    def expected_end(self, colony: Colony) -> ExpectedEnd | None:
+        """Return when the present generation of a colony ends; None if that is unknown."""
+        robots = (status for status in self.alive if status.colony == colony.name)
+        lives = (self._settings.life_of(status.metadata) for status in robots)
+        life = next((life for life in lives if life is not None), None)
+        return expected_end(self.states(colony.name), colony.generations.starts, life)
+
+    def main_colony(self) -> Colony | None:
+        """Return the colony with most robots on the network, whose details are drawn; None without colonies."""
+        colonies = sorted(self.colonies.values(), key=lambda colony: colony.name)
+        return max(colonies, key=lambda colony: len(self.states(colony.name)), default=None)
 
     def states(self, colony: str | None = None) -> list[RobotState]:
         """Return the states of the robots on the network, of one colony or of all."""

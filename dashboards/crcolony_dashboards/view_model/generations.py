@@ -42,10 +42,6 @@ class Generation:
     """The statistics of a generation that has ended."""
 
     number: int
-    unix_s: float
-    """When the last of its agents ended its lifetime, by its robot's clock"""
-    tick: int
-    """The highest at which one of its agents ended its lifetime"""
     agents: int
     matings: Spread
     captures: Spread
@@ -68,10 +64,10 @@ class Generations:
         """Of every generation that has not ended, by agent"""
         self._received_s: dict[int, float] = {}
         """When the last lifetime of a generation was received"""
-        self._ended_s: dict[int, float] = {}
-        """When the last lifetime of a generation ended, by its robot's clock"""
         self._turned_over: dict[int, set[RobotId]] = {}
         """The robots that have reported births of the next generation, hence all lifetimes of this one"""
+        self.starts: dict[RobotId, tuple[int, int]] = {}
+        """Of every robot its newest generation, and the tick at which that began"""
         self._births: OrderedDict[str, bytes] = OrderedDict()
         self._conceptions: OrderedDict[str, int] = OrderedDict()
 
@@ -79,6 +75,8 @@ class Generations:
         """Add a birth."""
         if event.generation - 1 in self._lifetimes:
             self._turned_over[event.generation - 1].add(robot)
+        if event.generation > self.starts.get(robot, (-1, 0))[0]:
+            self.starts[robot] = (event.generation, event.tick)
         self._births[event.agent] = event.genes
         if len(self._births) > _MAX_AGENTS:
             self._births.popitem(last=False)
@@ -89,8 +87,8 @@ class Generations:
         if len(self._conceptions) > _MAX_AGENTS:
             self._conceptions.popitem(last=False)
 
-    def add_lifetime(self, event: Lived, ended_s: float, unix_s: float) -> None:
-        """Add a lifetime that ended at `ended_s` and was received at `unix_s`; ignored if its generation has ended."""
+    def add_lifetime(self, event: Lived, unix_s: float) -> None:
+        """Add a lifetime that was received at `unix_s`; ignored if its generation has ended."""
         number = event.generation
         if number <= self.last:
             return
@@ -100,7 +98,6 @@ class Generations:
         lifetimes[event.agent] = event
         self._turned_over.setdefault(number, set())
         self._received_s[number] = unix_s
-        self._ended_s[number] = max(ended_s, self._ended_s.get(number, ended_s))
         if len(self._lifetimes) > _MAX_GENERATIONS:
             self._drop(min(self._lifetimes))
 
@@ -142,8 +139,6 @@ class Generations:
         some = known[:: max(1, -(-len(known) // _MAX_GENOTYPES))]
         return Generation(
             number=number,
-            unix_s=self._ended_s[number],
-            tick=max(lifetime.tick for lifetime in lifetimes),
             agents=len(lifetimes),
             matings=spread(lifetime.matings for lifetime in lifetimes),
             captures=spread(lifetime.captures for lifetime in lifetimes),
@@ -157,7 +152,7 @@ class Generations:
     def _drop(self, number: int) -> None:
         for agent in self._lifetimes.pop(number):
             self._conceptions.pop(agent, None)
-        del self._received_s[number], self._ended_s[number], self._turned_over[number]
+        del self._received_s[number], self._turned_over[number]
 
 
 def spread(values: Iterable[float]) -> Spread:

@@ -15,7 +15,10 @@ def test_a_config_is_valid_or_its_error_is_printed(tmp_path: Path) -> None:
     path.write_text("robotts = 6\n")
     done = run_command("check", path)
     assert done.returncode == 2
-    assert done.stderr == f"crcolony: {path}: robotts: there is no such setting\n"
+    assert (
+        done.stderr
+        == f"crcolony: {path}: robotts: there is no such setting; did you mean robots?\n"
+    )
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,8 @@ from tests.support.command_line import (
 
 def test_evolve_ends_with_the_history_hash_and_leaves_a_results_folder(tmp_path: Path) -> None:
     """Plain lines without a terminal, exit code 0, and config, history, table, plots and checkpoint in the folder."""
-    done = run_command("evolve", *FAST, "--out", tmp_path / "run")
+    words = [word for word in FAST if word != "--no-plots"]
+    done = run_command("evolve", *words, "--out", tmp_path / "run")
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     lines = done.stdout.splitlines()
@@ -34,6 +35,7 @@ def test_evolve_ends_with_the_history_hash_and_leaves_a_results_folder(tmp_path:
         "config.toml",
         "generations.csv",
         "history.sqlite",
+        "made_by.toml",
         "plots",
         "run.json",
     ]
@@ -63,7 +65,7 @@ def test_a_run_that_is_stopped_writes_everything_and_can_be_resumed(
     tmp_path: Path, number: signal.Signals
 ) -> None:
     """Ctrl-C or SIGTERM: exit code 0, the hash is printed, and the resumed run ends like one that was not stopped."""
-    words = ("evolve", *FAST, "--set", "life.agents=60", "--generations", "40", "--out")
+    words = ("evolve", *FAST, "--set", "life.agents=60", "--generations", "12", "--out")
     process = start_command(*words, tmp_path / "run")
     wait_for_line(process, "generation 1:")
     process.send_signal(number)
@@ -73,7 +75,7 @@ def test_a_run_that_is_stopped_writes_everything_and_can_be_resumed(
     described = json.loads((tmp_path / "run" / "run.json").read_text())
     assert described["status"] == "stopped"
     assert described["history_hash"] == hash_of(output)
-    resumed = run_command("evolve", "--resume", "--out", tmp_path / "run")
+    resumed = run_command("evolve", "--resume", "--no-plots", "--out", tmp_path / "run")
     whole = run_command(*words, tmp_path / "whole")
     assert hash_of(resumed.stdout) == hash_of(whole.stdout)
     assert json.loads((tmp_path / "run" / "run.json").read_text())["status"] == "done"
@@ -86,9 +88,27 @@ def test_a_killed_run_is_resumed_from_its_last_checkpoint(tmp_path: Path) -> Non
     wait_for_line(process, "generation 1:")
     process.kill()
     process.communicate(timeout=60)
-    resumed = run_command("evolve", "--resume", "--out", tmp_path / "run")
+    resumed = run_command("evolve", "--resume", "--no-plots", "--out", tmp_path / "run")
     whole = run_command(*words, tmp_path / "whole")
     assert hash_of(resumed.stdout) == hash_of(whole.stdout)
+
+
+def test_a_finished_run_goes_on(tmp_path: Path) -> None:
+    """With more generations it ends like one that had them from the beginning; with fewer it is refused."""
+    run = tmp_path / "L[/home]x"
+    run_command("evolve", *FAST, "--out", run)
+    again = run_command("evolve", "--resume", "--no-plots", "--out", run)
+    assert "it is finished; a larger --generations goes on with it" in again.stdout
+    more = run_command("evolve", "--resume", "--no-plots", "--generations", "5", "--out", run)
+    assert more.returncode == 0, more.stderr
+    whole = run_command(
+        "evolve", *FAST, "--generations", "5", "-n", "4", "--out", tmp_path / "whole"
+    )
+    assert hash_of(more.stdout) == hash_of(whole.stdout) != hash_of(again.stdout)
+    assert (run / "config.toml").read_text() == (tmp_path / "whole" / "config.toml").read_text()
+    fewer = run_command("evolve", "--resume", "--no-plots", "--generations", "4", "--out", run)
+    assert fewer.stderr == f"crcolony: {run}: has ended 5 generations already\n"
+    assert "generations = 5" in (run / "config.toml").read_text()
 
 
 def test_minutes_end_an_endless_run(tmp_path: Path) -> None:
@@ -117,7 +137,9 @@ def test_a_full_disk_ends_a_run_with_one_line_and_loses_nothing(tmp_path: Path) 
     assert full.returncode == 2
     assert full.stderr.startswith("crcolony: run: cannot be written: ")
     assert len(full.stderr.strip().splitlines()) == 1
-    resumed = run_command("evolve", "--resume", "--out", "run", "--minutes", "0.01", cwd=tmp_path)
+    resumed = run_command(
+        "evolve", "--resume", "--no-plots", "--out", "run", "--minutes", "0.01", cwd=tmp_path
+    )
     assert resumed.returncode == 0, resumed.stderr
 
 

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from crcolony.config import Config
+from crcolony.results.colony_folder import open_colony_folder
 from tests.support.command_line import Refused, refusal
 
 
@@ -27,9 +29,11 @@ def test_a_folder_of_another_colony_is_refused(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     """A colony is continued only with its own settings, and never in a folder of something else."""
-    (tmp_path / "config.toml").write_text("robots = 7\n")
-    line = refusal(capsys, "launch", "--out", tmp_path)
-    assert f"{tmp_path}: holds a colony of other settings" in line
+    open_colony_folder(tmp_path / "seven", "launch", Config(robots=7), None).__exit__()
+    line = refusal(capsys, "launch", "--seed", "3", "--out", tmp_path / "seven")
+    assert "seven: holds a colony of other settings: seed is 1 there, 3 here" in line
+    line = refusal(capsys, "launch", "-n", "8", "--out", tmp_path / "seven")
+    assert "-n 8: the arena has 7 slots" in line
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "thesis.tex").touch()
     line = refusal(capsys, "launch", "--out", tmp_path / "other")

@@ -1,9 +1,11 @@
 """Options become network settings, a clock, and a config with enough slots."""
 
 import argparse
+from pathlib import Path
 
 import pytest
 
+from crcolony.commands.earlier_run import Start, add_from
 from crcolony.commands.network_options import (
     add_clock,
     add_names,
@@ -14,6 +16,7 @@ from crcolony.commands.network_options import (
     wall_period_s,
 )
 from crcolony.commands.options import UsageError, add_config
+from crcolony.config import Config
 from crcolony.transport.zenoh_session import HERE
 
 A, B = "tcp/10.0.0.1:7447", "tcp/10.0.0.2:7447"
@@ -26,10 +29,18 @@ def parse(*words: str) -> argparse.Namespace:
     add_names(parser)
     add_network(parser)
     add_clock(parser)
-    parser.add_argument("-n", type=int, default=4)
+    add_from(parser)
+    parser.add_argument("-n", type=int)
     parser.add_argument("--robots", type=int)
     parser.add_argument("--minutes", type=float)
+    parser.add_argument("--out", type=Path)
     return parser.parse_args(words)
+
+
+def _config(*words: str) -> Config:
+    """Return the config of a host with two spare slots, that starts three robots if no option says so."""
+    options = parse(*words)
+    return config_for_robots(options, Start(options, "host"), usual=3, spare_slots=2)
 
 
 @pytest.mark.parametrize(
@@ -75,7 +86,8 @@ def test_names_that_cannot_be_in_a_key_expression_are_refused(name: str) -> None
 
 def test_an_arena_has_a_slot_for_every_robot() -> None:
     """Without --robots it has as many as robots, and some to spare."""
-    assert config_for_robots(parse("-n", "3"), spare_slots=2).robots == 5
-    assert config_for_robots(parse("-n", "3", "--robots", "4"), spare_slots=2).robots == 4
+    assert _config().robots == 5
+    assert _config("-n", "4").robots == 6
+    assert _config("-n", "3", "--robots", "4").robots == 4
     with pytest.raises(UsageError, match="the arena has 2 slots"):
-        config_for_robots(parse("-n", "3", "--robots", "2"), spare_slots=2)
+        _config("-n", "3", "--robots", "2")

@@ -1,11 +1,16 @@
 """Options that several commands share become settings, folders and checks."""
 
 import argparse
-from pathlib import Path
 
 import pytest
 
-from crcolony.commands.options import UsageError, add_config, check_minutes, new_folder, settings_of
+from crcolony.commands.options import (
+    UsageError,
+    add_config,
+    check_minutes,
+    load_config,
+    settings_of,
+)
 
 
 def test_options_become_settings_and_set_comes_last() -> None:
@@ -18,17 +23,6 @@ def test_options_become_settings_and_set_comes_last() -> None:
     assert settings_of(parser.parse_args([])) == []
 
 
-def test_a_new_folder_has_the_first_free_number(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """It is not made yet."""
-    monkeypatch.chdir(tmp_path)
-    for number in (1, 2, 4):
-        (tmp_path / "runs" / str(number)).mkdir(parents=True)
-    assert new_folder() == Path("runs/3")
-    assert not new_folder().exists()
-
-
 @pytest.mark.parametrize("minutes", [0.0, -1.0, float("nan"), float("inf"), 1e9])
 def test_a_duration_that_cannot_be_is_refused(minutes: float) -> None:
     """None means without end."""
@@ -36,3 +30,11 @@ def test_a_duration_that_cannot_be_is_refused(minutes: float) -> None:
     check_minutes(0.01)
     with pytest.raises(UsageError, match="--minutes"):
         check_minutes(minutes)
+
+
+def test_what_is_possible_but_hardly_meant_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    """By every command that reads a config; the config is used all the same."""
+    assert load_config(None, ["learning.tilings=6"]).learning.tilings == 6
+    assert capsys.readouterr().out.startswith("learning.tilings: 6 shares a factor with 3")
+    load_config(None, ["learning.tilings=7"])
+    assert capsys.readouterr().out == ""

@@ -1,11 +1,12 @@
 """`crcolony plot`: draw figures."""
 
+import subprocess
 from pathlib import Path
 
 import pytest
 
 from crcolony.cli import main
-from tests.support.command_line import Refused
+from tests.support.command_line import ENVIRONMENT, Refused, command
 from tests.support.plotted_runs import run_comparison
 
 
@@ -38,7 +39,7 @@ def test_figures_are_written_as_vectors_and_pictures(
 ) -> None:
     """The command prints what it draws, and then the files."""
     assert main(["plot", str(comparison)]) == 0
-    names = ("matings", "generations", "meta_parameters", "potentials")
+    names = ("matings", "runs", "generations", "meta_parameters", "potentials")
     files = [
         str(comparison / "plots" / f"{name}.{kind}") for name in names for kind in ("pdf", "png")
     ]
@@ -56,3 +57,16 @@ def test_folder_and_formats_can_be_chosen(comparison: Path, tmp_path: Path) -> N
     words = ["plot", folder, "--out", tmp_path / "a" / "b", "--format", "svg, pdf"]
     assert main(list(map(str, words))) == 0
     assert {path.suffix for path in (tmp_path / "a" / "b").iterdir()} == {".svg", ".pdf"}
+
+
+def test_a_home_that_cannot_be_written_is_no_matter(comparison: Path, tmp_path: Path) -> None:
+    """matplotlib has no place for its cache there, and nothing is said of it."""
+    (tmp_path / "home").touch()
+    done = subprocess.run(
+        command("plot", comparison, "--out", tmp_path / "plots", "--format", "svg"),
+        capture_output=True,
+        text=True,
+        timeout=200,
+        env={**ENVIRONMENT, "HOME": str(tmp_path / "home"), "XDG_CONFIG_HOME": ""},
+    )
+    assert (done.returncode, done.stderr) == (0, "")

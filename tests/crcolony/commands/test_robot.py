@@ -18,7 +18,7 @@ from tests.support.command_line import Refused, refusal
         ("robot --out x --connect nowhere", "nowhere: not an endpoint"),
         ("robot --out x --connect tcp/127.0.0.1:99999", "not an endpoint"),
         ("robot --out x --connect tcp/127.0.0.1:²", "not an endpoint"),
-        ("robot --out x --interface nosuch0", "interface nosuch0: No such device"),
+        ("robot --out x --interface lo", "interface lo: it has no multicast"),
         (
             "robot --out x --client --listen tcp/127.0.0.1:1",
             "--client cannot be used with --listen or --interface",

@@ -4,7 +4,7 @@ import socket
 
 import pytest
 
-from tests.support.command_line import Refused, refusal
+from tests.support.command_line import Refused, refusal, start_command, wait_for_line
 
 
 @pytest.mark.parametrize(
@@ -28,7 +28,16 @@ def test_a_port_that_is_in_use_is_named(capsys: pytest.CaptureFixture[str]) -> N
     assert f"{endpoint}: the port is taken; choose another with --listen" in line
 
 
-def test_an_address_of_another_machine_is_named(capsys: pytest.CaptureFixture[str]) -> None:
-    """It is not reported as in use."""
-    line = refusal(capsys, "router", "--listen", "tcp/192.0.2.1:7447")
-    assert "tcp/192.0.2.1:7447: this machine has no such address" in line
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        ("--listen tcp/192.0.2.1:7447", "tcp/192.0.2.1:7447: this machine has no such address"),
+        ("--interface nosuch0", "interface nosuch0: No such device; it needs an IPv4 address"),
+    ],
+)
+def test_an_address_that_may_come_later_is_waited_for(words: str, line: str) -> None:
+    """It is named, not reported as in use; a signal ends the wait, and that is no error."""
+    with start_command("router", *words.split()) as process:
+        wait_for_line(process, f"waiting for the network: {line}")
+        process.terminate()
+        assert process.wait(60.0) == 0

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import msgspec
 
-from crcolony.config import Config
+from crcolony.config import Config, load
+from crcolony.experiments.outcomes import read_outcome
 from crcolony.experiments.paper3_survival import conditions_of
-from crcolony.experiments.sweep import read_outcome
 from tests.support.small_colony import SMALL
 
 FAST = [word for setting in SMALL for word in ("--set", setting)]
@@ -23,40 +23,56 @@ def command(*words: object) -> list[str]:
 
 
 def test_conditions_differ_in_one_setting_each() -> None:
-    """Central selection, or no shaping genes; everything else is the config that was given."""
+    """Central selection, no shaping genes, or no influence of energy; everything else is the config that was given."""
     config = Config(robots=3)
     assert conditions_of(config, compare=False) == {"implicit": config}
     conditions = conditions_of(config, compare=True)
-    assert list(conditions) == ["implicit", "central", "without shaping"]
+    assert list(conditions) == ["implicit", "central", "without shaping", "without health"]
     assert msgspec.structs.replace(conditions["central"], selection="implicit") == config
     unshaped = conditions["without shaping"]
     assert not unshaped.learning.shaping
     shaped = msgspec.structs.replace(unshaped.learning, shaping=True)
     assert msgspec.structs.replace(unshaped, learning=shaped) == config
+    unhealthy = conditions["without health"]
+    assert unhealthy.life.conception_exponent == 0.0
+    life = msgspec.structs.replace(unhealthy.life, conception_exponent=1.0)
+    assert msgspec.structs.replace(unhealthy, life=life) == config
+
+
+def test_a_comparison_has_implicit_selection_once_whatever_is_given() -> None:
+    """Central selection is compared with it, and a condition that is the config itself is not run twice."""
+    central = Config(selection="central")
+    assert conditions_of(central, compare=True) == conditions_of(Config(), compare=True)
+    unshaped = load(None, ["learning.shaping=false"])
+    assert list(conditions_of(unshaped, compare=True)) == ["implicit", "central", "without health"]
 
 
 def test_all_conditions_and_seeds_are_run_written_and_reported(tmp_path: Path) -> None:
-    """Nine runs, each with its folder and its row; the report names the conditions and their ratio."""
+    """Eight runs, each with its folder and its row; the report names the conditions and the criteria."""
     out = tmp_path / "out"
-    words = ("--generations", 2, "--seeds", 3, "--compare", "--out", out)
+    # so that in every run some matings fail that would not without health
+    strict = ("--set", "life.initial_energy=0.5", "--set", "life.conception_exponent=3")
+    words = ("--generations", 2, "--seeds", 2, "--compare", *strict, "--out", out)
     done = subprocess.run(command(*words), capture_output=True, text=True, timeout=250)
     assert done.returncode == 0, done.stderr
     with (out / "outcomes.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     runs = [(row["condition"], row["seed"]) for row in rows]
-    conditions = ("central", "implicit", "without shaping")
-    assert runs == [(condition, seed) for condition in conditions for seed in ("1", "2", "3")]
+    conditions = ("implicit", "central", "without shaping", "without health")
+    assert runs == [(condition, seed) for condition in conditions for seed in ("1", "2")]
     for row in rows:
         folder = out / row["condition"].replace(" ", "-") / f"seed-{row['seed']}"
         assert {k: str(v) for k, v in asdict(read_outcome(row["condition"], folder)).items()} == row
-    assert len({row["history_hash"] for row in rows}) == 9
-    assert "implicit / central: " in done.stdout
+    assert len({row["history_hash"] for row in rows}) == 8
+    report = (out / "comparison.md").read_text("utf-8")
+    assert report in done.stdout
+    assert "criterion of the default world" in report
     again = subprocess.run(command(*words), capture_output=True, text=True, timeout=250)
     assert (again.returncode, "not empty" in again.stderr) == (2, True)
     resumed = subprocess.run(
         command(*words, "--resume"), capture_output=True, text=True, timeout=250
     )
-    assert sorted(resumed.stdout.splitlines()[-20:]) == sorted(done.stdout.splitlines()[-20:])
+    assert report in resumed.stdout
     other = subprocess.run(
         command(*words, "--resume", "--robots", 5), capture_output=True, text=True, timeout=250
     )
@@ -66,7 +82,7 @@ def test_all_conditions_and_seeds_are_run_written_and_reported(tmp_path: Path) -
 
 def test_a_comparison_that_is_stopped_can_be_resumed(tmp_path: Path) -> None:
     """Ctrl-C ends it with a line on how to resume, and the outcomes are those of one that was not stopped."""
-    words = ("--generations", 30, "--seeds", 4, "--set", "life.agents=30", "--out")
+    words = ("--generations", 10, "--seeds", 4, "--set", "life.agents=30", "--out")
     whole = subprocess.run(
         command(*words, tmp_path / "whole"), capture_output=True, text=True, timeout=250
     )

@@ -24,7 +24,7 @@ from crcolony.protocol.mating_messages import Accept
 from crcolony.storage.rows import Decision
 from crcolony.storage.store import RobotStore
 
-SEEDS, CHUNK = int(os.environ.get("SIMULATED_SEEDS", "200")), 10
+SEEDS, CHUNK = int(os.environ.get("SIMULATED_SEEDS", "30")), 10
 
 ROUGH = Faults(
     loss=0.15,

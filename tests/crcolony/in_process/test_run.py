@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from crcolony.config import ConfigError, load
-from crcolony.in_process.run import is_finished, resume_run, start_run
+from crcolony.in_process.run import is_finished, read_colony, resume_run, start_run
 from crcolony.results.history_database import TABLES
+from crcolony.storage.files import FolderError
 from tests.support.run_folders import finish, rows_of, run
 from tests.support.small_colony import live, new_colony, small
 
@@ -77,3 +78,27 @@ def test_a_run_is_finished_after_the_last_generation_of_its_config() -> None:
         colony.start()
         live(colony, 2)
         assert is_finished(colony) is expected
+
+
+def test_the_colony_of_a_folder_lives_on_outside_of_it(tmp_path: Path) -> None:
+    """It does what a resumed run would do, and the folder stays as it is."""
+    run(tmp_path, small())
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    colony = read_colony(tmp_path)
+    live(colony, colony.generation + 1)
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+    results, resumed = resume_run(tmp_path)
+    live(resumed, resumed.generation + 1)
+    results.close()
+    assert colony.summary == resumed.summary
+
+
+def test_a_folder_whose_checkpoint_holds_no_colony_is_named(tmp_path: Path) -> None:
+    """Missing, damaged, or of other settings."""
+    run(tmp_path, small())
+    checkpoint, config = tmp_path / "checkpoint.npz", tmp_path / "config.toml"
+    config.write_text(config.read_text().replace("agents = 4", "agents = 5"))
+    for spoil in (lambda: None, lambda: checkpoint.write_bytes(b"no"), checkpoint.unlink):
+        spoil()
+        with pytest.raises(FolderError, match=r"checkpoint\.npz: holds no colony"):
+            read_colony(tmp_path)

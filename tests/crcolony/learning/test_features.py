@@ -10,6 +10,7 @@ from crcolony.learning.features import (
     FeatureMap,
     NormalizedRBF,
     TileCoding,
+    distinct_offsets,
     grid_axis,
     grid_rbf_value,
     uniform_offsets,
@@ -168,3 +169,11 @@ def test_both_are_feature_maps() -> None:
         assert features.size == size
         assert indices.max() < size
         assert indices.shape == values.shape
+
+
+@given(st.integers(1, 40), st.integers(1, 5))
+def test_offsets_along_an_axis_are_as_many_as_stated(tilings: int, dimensions: int) -> None:
+    """Tilings that share a factor with an axis' multiple line up along it."""
+    offsets = uniform_offsets(tilings, dimensions)
+    for axis in range(dimensions):
+        assert distinct_offsets(tilings, axis) == len(set(offsets[:, axis].tolist()))

@@ -17,7 +17,9 @@ from crcolony.protocol.body_messages import (
 )
 from crcolony.protocol.codec import encode
 from crcolony.protocol.identity import seeded
+from crcolony.protocol.telemetry_messages import ArenaMetadata, decode_activity
 from crcolony.transport.interface import (
+    ArenaMetadataReceived,
     ArenaOffline,
     ArenaOnline,
     IncompatiblePeer,
@@ -107,9 +109,34 @@ class TestBody:
     )
     def test_it_prints_why_it_has_no_body(self, lone: LoneRobot, reply: bytes, line: str) -> None:
         """The arena is full, or its reply is malformed."""
-        lone.robot.handle_event(4.0, JoinReplyReceived(ME.id, reply))
+        for _ in range(2):
+            lone.robot.handle_event(4.0, JoinReplyReceived(ME.id, reply))
         assert not lone.robot.has_body
         assert any(printed.startswith(line) for printed in lone.lines)
+
+    def test_waiting_for_a_body_is_published_and_is_no_fault(self, lone: LoneRobot) -> None:
+        """Twice a second, with the arena's name, and printed once; until it has a body."""
+        for now_s in np.arange(0.0, 60.0, 0.5).tolist():
+            lone.robot.handle_timers(now_s)
+        activities = [decode_activity(d) for t, d in lone.transport.telemetry if t == "activity"]
+        assert len(activities) == 120
+        assert {activity.doing for activity in activities} == {"waiting for arena here"}
+        assert lone.lines == ["waiting for arena here"]
+        assert not lone.node.telemetry.faults
+        lone.grant_body(60.0)
+        lone.robot.handle_timers(60.5)
+        assert [topic for topic, _ in lone.transport.telemetry].count("activity") == 120
+
+    def test_settings_of_the_arena_that_have_changed_are_printed(self, lone: LoneRobot) -> None:
+        """After a restart of the arena, with both values; a malformed reply is a fault."""
+        for run, packs in ((ARENA_RUN, 8), (ARENA_RUN + 1, 12)):
+            lone.grant_body(0.0, arena_run=run)
+            metadata = encode(ArenaMetadata("here", run, f'{{"arena":{{"packs":{packs}}}}}'))
+            lone.robot.handle_event(0.1, ArenaMetadataReceived(metadata))
+        assert lone.transport.metadata_requests == 2
+        assert lone.lines[-1] == "arena here has other settings than before: arena.packs 8 → 12"
+        lone.robot.handle_event(0.2, ArenaMetadataReceived(b"noise"))
+        assert lone.node.telemetry.faults["arena here"] == 1
 
     def test_it_returns_its_body(self, lone: LoneRobot) -> None:
         """When it stops."""

@@ -1,7 +1,11 @@
 """A robot's key: its file, its signatures, and the list of robots with which it mates."""
 
 import hashlib
+import os
+import shutil
 import stat
+import subprocess
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -13,6 +17,8 @@ from crcolony.protocol.identity import (
     IdentityError,
     create_key,
     is_signed,
+    keeps_modes,
+    key_warning,
     load_key,
     robot_id,
     seeded,
@@ -99,7 +105,8 @@ class TestIds:
                 Identity(bytes(length))
 
     def test_seeded_keys_are_repeatable_and_different(self) -> None:
-        """Colony, seed and number determine the key."""
+        """Colony, seed and number determine the key, and the population that the colony begins with."""
+        assert seeded("one", 1, 1, "9f").id not in (seeded("one", 1, 1).id, seeded("one", 1, 19).id)
         keys = [
             seeded(colony, seed, number)
             for colony in ("one", "two")
@@ -236,3 +243,39 @@ class TestAllowList:
         path.write_bytes(b"\xff\xfe")
         with pytest.raises(IdentityError, match=r"friends\.txt: cannot be read"):
             AllowList.load(path)
+
+
+@pytest.fixture
+def disk_without_modes(tmp_path: Path) -> Iterator[Path]:
+    """A real disk of Windows (NTFS), on which every file is everybody's and chmod does nothing."""
+    tools = [shutil.which(name) for name in ("mkntfs", "ntfs-3g", "umount")]
+    if not all(tools) or os.getuid() != 0 or not Path("/dev/fuse").exists():
+        pytest.skip("a disk without modes needs root, /dev/fuse and the package ntfs-3g")
+    image, folder = tmp_path / "image", tmp_path / "disk"
+    image.write_bytes(bytes(8 * 2**20))
+    folder.mkdir()
+    subprocess.run(["mkntfs", "-F", "-Q", "-q", image], check=True, capture_output=True)
+    mounted = subprocess.run(["ntfs-3g", image, folder], capture_output=True, text=True)
+    if mounted.returncode != 0:
+        pytest.skip(f"this machine mounts no disk: {mounted.stderr.strip()}")
+    yield folder
+    subprocess.run(["umount", folder], check=True)
+
+
+def test_a_key_on_a_disk_without_modes_is_used_with_a_warning(disk_without_modes: Path) -> None:
+    """The advice to chmod it could not be followed; the warning says what it means."""
+    path = disk_without_modes / "key"
+    identity = create_key(path)
+    path.chmod(0o600)
+    assert path.stat().st_mode & 0o077, "this disk keeps modes: it shows nothing"
+    assert load_key(path).id == identity.id
+    assert "this disk keeps no permissions" in str(key_warning(path))
+
+
+def test_a_key_on_a_disk_with_modes_has_no_warning(tmp_path: Path) -> None:
+    """And is refused if others may read it; so is one where nothing can be tried, as on a disk that is only read."""
+    path = tmp_path / "key"
+    create_key(path)
+    assert key_warning(path) is None
+    assert keeps_modes(tmp_path)
+    assert keeps_modes(Path("/proc"))

@@ -7,7 +7,8 @@ import pytest
 from crcolony.recordings.past_run import read_run
 from crcolony.recordings.resimulation import Windows, resimulate
 from crcolony.telemetry.samples import TelemetrySample
-from tests.support.runs import SEED, run
+from tests.support.run_folders import run
+from tests.support.runs import SEED
 from tests.support.small_colony import small
 
 

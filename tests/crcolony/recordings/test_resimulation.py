@@ -9,14 +9,17 @@ import pytest
 
 from crcolony.config import Config
 from crcolony.evolution.history import Event, HistoryHash, Lived
+from crcolony.in_process.run import start_run
 from crcolony.protocol.identity import seeded
 from crcolony.protocol.telemetry_messages import Exchanged, RobotState
 from crcolony.recordings.past_run import PastRunError, read_history, read_run
 from crcolony.recordings.resimulation import HistoryDiffersError, Windows, from_history, resimulate
 from crcolony.recordings.sources import samples_of
+from crcolony.results.earlier_run import read_earlier_run
 from crcolony.telemetry.colony_monitor import ColonyMonitor
 from crcolony.telemetry.samples import SceneSample, StateSample, TelemetrySample
-from tests.support.runs import SEED, event_messages, history_of, run
+from tests.support.run_folders import finish, run
+from tests.support.runs import SEED, event_messages, history_of
 from tests.support.small_colony import Recorder, live, new_colony, small
 
 TICKS_OF_A_GENERATION = 4 * 2 * 150
@@ -45,6 +48,20 @@ def test_the_events_are_the_history_of_the_run(
     assert events == recorded(f"seed={SEED}").events
     assert hash_of(events) == past.history_hash
     assert list(read_history(past.history)) == events
+
+
+def test_a_run_that_began_with_robots_of_another_begins_with_them_again(
+    folder: Path, tmp_path: Path
+) -> None:
+    """From its own folder alone; its robots are other ones than those of a run from random genotypes."""
+    config = small("generations=1")
+    earlier = tmp_path / "earlier"
+    shutil.copytree(folder, earlier)
+    finish(*start_run(tmp_path / "run", config, read_earlier_run(earlier).beginning(config)))
+    shutil.rmtree(earlier)
+    past = read_run(tmp_path / "run")
+    assert history_of(list(resimulate(past)), past.robots) == list(read_history(past.history))
+    assert seeded("colony", config.seed, 0).id not in past.robots
 
 
 def test_robots_have_the_ids_of_a_lockstep_colony(

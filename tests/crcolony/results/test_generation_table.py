@@ -25,6 +25,16 @@ def test_rows_that_are_appended_are_those_that_are_written(tmp_path: Path) -> No
     assert [float(row["matings"]) for row in read_table(one)] == [row["matings"] for row in ROWS]
 
 
+def test_a_table_keeps_the_columns_it_began_with(tmp_path: Path) -> None:
+    """A column that a later version added is left out, wherever it stands among the others."""
+    path, expected = tmp_path / "table.csv", tmp_path / "expected.csv"
+    write_table(expected, ROWS)
+    write_table(path, ROWS[:2])
+    for row in ROWS[2:]:
+        append_row(path, {"added": 7.0, **row})
+    assert path.read_bytes() == expected.read_bytes()
+
+
 def test_later_rows_and_a_row_cut_short_are_deleted(tmp_path: Path) -> None:
     """The others stay as they are."""
     path, expected = tmp_path / "table.csv", tmp_path / "expected.csv"

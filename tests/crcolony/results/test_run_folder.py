@@ -1,7 +1,10 @@
 """A results folder holds a whole run, survives a disk that fails, and can be resumed."""
 
+import contextlib
 import csv
 import json
+import re
+import sqlite3
 from pathlib import Path
 
 import msgspec
@@ -13,8 +16,9 @@ from crcolony.evolution.history import Lived
 from crcolony.in_process.run import resume_run, start_run
 from crcolony.results.history_database import TABLES
 from crcolony.results.run_folder import RunFolder
+from crcolony.storage.checkpoint import read_checkpoint, write_checkpoint
 from crcolony.storage.files import FolderError
-from tests.support.run_folders import rows_of, run
+from tests.support.run_folders import bytes_of, finish, rows_of, run
 from tests.support.small_colony import Recorder, live, new_colony, small
 
 
@@ -141,10 +145,52 @@ def test_a_damaged_database_or_config_is_refused_by_name(tmp_path: Path) -> None
     with pytest.raises(FolderError, match=r"history\.sqlite"):
         resume_run(tmp_path / "run")
     (tmp_path / "run" / "config.toml").write_text("robots = 'four'")
+    with pytest.raises(FolderError, match=r"config\.toml: changed since"):
+        resume_run(tmp_path / "run")
+    (tmp_path / "run" / "made_by.toml").unlink()  # as in a folder of an earlier version
     with pytest.raises(ConfigError, match=r"config\.toml: robots"):
         resume_run(tmp_path / "run")
     with pytest.raises(FolderError, match=r"config\.toml is missing"):
         resume_run(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "name", ["config.toml", "checkpoint.npz", "history.sqlite", "run.json", "generations.csv"]
+)
+def test_a_run_whose_file_is_missing_is_not_resumed(tmp_path: Path, name: str) -> None:
+    """The file is named, and all others stay as they are."""
+    folder = run(tmp_path / "run", small("life.agents=40"), stop_after=8).folder
+    (folder / name).unlink()
+    before = bytes_of(folder)
+    with pytest.raises(FolderError, match=re.escape(f"{folder / name}: missing")):
+        resume_run(folder)
+    assert bytes_of(folder) == before
+
+
+def test_a_history_that_does_not_reach_the_checkpoint_is_refused(tmp_path: Path) -> None:
+    """An older copy, and one with rows lost; nothing is written into them."""
+    folder = run(tmp_path / "run", small("generations=1")).folder
+    with contextlib.closing(sqlite3.connect(folder / "history.sqlite")) as database, database:
+        database.execute("DELETE FROM matings WHERE rowid = 1")
+    before = bytes_of(folder)
+    with pytest.raises(FolderError, match=r"history\.sqlite: corrupt, or checkpoint\.npz"):
+        resume_run(folder)
+    assert bytes_of(folder) == before
+
+
+def test_a_run_of_an_earlier_version_is_resumed(tmp_path: Path) -> None:
+    """Its folder has no record, and its checkpoint no number of events."""
+    whole = run(tmp_path / "whole", small())
+    folder = run(tmp_path / "run", small(), stop_after=1).folder
+    (folder / "made_by.toml").unlink()
+    saved = read_checkpoint(folder / "checkpoint.npz")
+    del saved["events"]
+    with (folder / "checkpoint.npz").open("wb") as file:
+        write_checkpoint(file, saved)
+    results, colony = resume_run(folder)
+    finish(results, colony)
+    assert str(results.hash) == str(whole.hash)
+    assert not (folder / "made_by.toml").exists()
 
 
 def test_a_row_that_a_crash_cut_short_is_deleted_and_nonsense_is_refused(tmp_path: Path) -> None:
@@ -166,7 +212,7 @@ def test_a_row_that_a_crash_cut_short_is_deleted_and_nonsense_is_refused(tmp_pat
 def test_who_records_events_changes_nothing(tmp_path: Path) -> None:
     """A recorder and a results folder receive the same history."""
     recorder = Recorder()
-    results = RunFolder(tmp_path, small())
+    results = RunFolder.claim(tmp_path / "run", small())
     for record in (recorder, results.add_event):
         colony, _ = new_colony()
         colony._record = record

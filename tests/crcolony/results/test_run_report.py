@@ -3,13 +3,17 @@
 import csv
 import io
 import json
+import os
+import signal
 from pathlib import Path
 
 import pytest
 from rich.console import Console
 
 from crcolony.evolution.history import Mated
+from crcolony.results import run_report
 from crcolony.results.run_report import print_run_report
+from crcolony.shutdown import ShutdownSignal
 from tests.support.run_folders import rows_of
 from tests.support.small_colony import Recorder, live, new_colony, small
 from tests.support.stored_colony import id_of, write_robots
@@ -27,8 +31,54 @@ def recorder() -> Recorder:
 def report_of(folder: Path) -> list[str]:
     """Return the lines of a folder's report."""
     text = io.StringIO()
-    print_run_report(Console(file=text, width=80), folder, small())
+    with ShutdownSignal() as stop:
+        print_run_report(Console(file=text, width=80), folder, small(), stop)
     return text.getvalue().splitlines()
+
+
+class LostTerminal(io.StringIO):
+    """Where nothing can be printed any more."""
+
+    def write(self, _: str) -> int:
+        raise OSError("Input/output error")
+
+
+def test_results_are_written_before_anything_is_said(recorder: Recorder, tmp_path: Path) -> None:
+    """A report to a terminal that was closed fails, but history and table are there."""
+    (tmp_path / "config.toml").touch()
+    write_robots(tmp_path, recorder.events, 4)
+    with ShutdownSignal() as stop, pytest.raises(OSError):
+        print_run_report(Console(file=LostTerminal()), tmp_path, small(), stop)
+    assert json.loads((tmp_path / "run.json").read_text())["history_hash"] == str(recorder.hash)
+    assert (tmp_path / "history.sqlite").exists()
+    assert (tmp_path / "generations.csv").exists()
+
+
+def test_a_second_signal_leaves_out_the_figures_alone(
+    recorder: Recorder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whether it comes before they are drawn or meanwhile; a line says how to draw them."""
+    (tmp_path / "config.toml").touch()
+    write_robots(tmp_path, recorder.events, 4)
+    calls: list[Path] = []
+
+    def draw(folder: Path) -> None:
+        calls.append(folder)
+        os.kill(os.getpid(), signal.SIGINT)
+        pytest.fail("drawing was not interrupted")
+
+    monkeypatch.setattr(run_report, "draw_plots", draw)
+    for before in (1, 2):
+        text = io.StringIO()
+        with ShutdownSignal() as stop:
+            for _ in range(before):
+                os.kill(os.getpid(), signal.SIGTERM)
+            print_run_report(Console(file=text, width=80), tmp_path, small(), stop)
+        lines = text.getvalue().splitlines()
+        assert f"no plots were drawn: crcolony plot {tmp_path} draws them" in lines
+        assert lines[-1] == f"history hash: {recorder.hash}"
+        assert (tmp_path / "generations.csv").exists()
+    assert calls == [tmp_path], "after two signals drawing is not even begun"
 
 
 @pytest.mark.parametrize("name", ["robot.sqlite", "memory.sqlite"])

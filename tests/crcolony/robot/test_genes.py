@@ -1,8 +1,12 @@
 """Genes decode to what the compiled step reads."""
 
+import math
+
 import msgspec
 import numpy as np
+import pytest
 
+from crcolony.evolution.variation import gaussian_mutation
 from crcolony.robot.genes import META_PARAMETERS, agent_schema, decode, module_genes
 from crcolony.robot.settings import Heredity, Learning
 
@@ -34,3 +38,17 @@ def test_meta_parameters_have_the_bounds_of_the_settings() -> None:
     assert schema.highs[schema.index("foraging.gamma")] == 0.999
     rng = np.random.default_rng(1)
     assert max(schema.random(rng)[index] for _ in range(200)) <= 0.5
+
+
+@pytest.mark.parametrize(("setting", "bound"), [(3.0, 3.0), (0.5, 0.5), (0.0, math.inf)])
+def test_selector_genes_have_the_bounds_of_the_setting(setting: float, bound: float) -> None:
+    """Neither founders nor mutants leave them; 0 is without bounds."""
+    heredity = msgspec.structs.replace(Heredity(), highest_selector=setting)
+    schema = agent_schema(Learning(), heredity)
+    assert schema.lows[:4].tolist() == [-bound] * 4
+    assert schema.highs[:4].tolist() == [bound] * 4
+    rng = np.random.default_rng(1)
+    genes = schema.random(rng)
+    for _ in range(300):
+        genes = gaussian_mutation(genes, schema, 1.0, rng)
+        assert np.abs(genes[:4]).max() <= bound

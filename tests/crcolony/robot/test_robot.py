@@ -6,7 +6,7 @@ import pytest
 
 from crcolony.evolution.time_sharing import EpsilonGreedyOrder
 from crcolony.robot.robot import MatingOffer, Robot
-from crcolony.robot.state import FORMER_NAMES, SLICE_OVER
+from crcolony.robot.state import ADDED, FORMER_NAMES, SLICE_OVER
 from tests.support.small_robots import DEFAULT, Settings, new_robots, random_observation
 
 LIFE = DEFAULT.life
@@ -51,7 +51,8 @@ def test_new_agents_have_learnt_nothing() -> None:
     assert all(birth.step == robot.steps == 3 * LIFE.slice_steps for birth in births)
     assert (batch.energies[0] == LIFE.initial_energy).all()
     assert (batch.weights[0] == 0.6 / learning.tilings).all()
-    for name in ("module_steps", "captures", "matings", "steps_alive", "energy_sum"):
+    counted = ("module_steps", "captures", "matings", "mating_energy_sum", "steps_alive")
+    for name in (*counted, "energy_sum"):
         assert not getattr(batch, name)[0].any()
     assert robot.subpopulation.turns.sum() == 1
 
@@ -147,6 +148,18 @@ def test_a_snapshot_of_an_earlier_version_is_restored() -> None:
     other.restore({**saved, "arrays": arrays})
     for name, value in other.save()["arrays"].items():
         assert np.array_equal(value, saved["arrays"][name]), name
+
+
+def test_a_field_that_an_earlier_version_did_not_save_begins_at_zero() -> None:
+    """Whatever the robot that is overwritten has counted."""
+    batch, _, (robot,) = new_robots(1)
+    robot.start()
+    saved = robot.save()
+    for name in ADDED:
+        del saved["arrays"][name]
+        getattr(batch, name)[0] = 1
+    robot.restore(saved)
+    assert not any(getattr(batch, name).any() for name in ADDED)
 
 
 @pytest.mark.parametrize("name", ["weights", "steps_alive"])

@@ -41,6 +41,8 @@ def plain_robot(batch: Robots, settings: Settings) -> PlainRobot:
         (4, {"initial_value": 0.5}),
         (5, {"shaping": False}),
         (6, {"tilings": 1, "potential_distances": 1, "speeds_m_s": (0.2,)}),
+        (7, {"visible_mates": "any", "jaw_modules": ("foraging", "mating")}),
+        (8, {"visible_mates": "ready", "jaw_modules": ()}),
     ],
 )
 def test_steps_are_those_of_the_textbook(seed: int, changes: dict[str, object]) -> None:
@@ -204,24 +206,77 @@ def select_mating_always(batch: Robots) -> None:
     batch.genotypes[:, :, :4] = [1.0, 0.0, 0.0, 0.0]
 
 
+def seen_face(*lamp: float) -> FloatArray:
+    """Return an observation of a face with a lamp of this colour (red, green, blue), 0.4 m away."""
+    row = empty_observation()
+    row[contract.FACE], row[contract.FACE + contract.DISTANCE] = 1.0, 0.4
+    row[contract.FACE + contract.COLOUR : contract.FACE + contract.COLOUR + 3] = lamp
+    return row
+
+
+@pytest.mark.parametrize(
+    ("visible_mates", "dead", "foraging", "mating"),
+    [("any", True, True, True), ("lit", False, True, True), ("ready", False, False, True)],
+)
+def test_a_face_counts_as_a_mate_by_its_lamp(
+    visible_mates: str, dead: bool, foraging: bool, mating: bool
+) -> None:
+    """A dead robot's face, which is dark, attracts nobody; by a setting neither does one that
+    forages."""
+    learning = msgspec.structs.replace(DEFAULT.learning, visible_mates=visible_mates)
+    batch, _, (robot,) = new_robots(1, Settings(learning=learning))
+    robot.start()
+    seen = []
+    for lamp in ((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)):
+        robot.step(seen_face(*lamp))
+        seen.append(bool(batch.visible[0, 1]))
+    assert seen == [dead, foraging, mating]
+
+
+@pytest.mark.parametrize("modules", [(), ("foraging",), ("mating",), ("foraging", "mating")])
+def test_the_jaw_closes_in_the_modules_that_are_set(modules: tuple[str, ...]) -> None:
+    """It is a reflex of each of them, and open in the others."""
+    learning = msgspec.structs.replace(DEFAULT.learning, jaw_modules=modules)
+    batch, _, (robot,) = new_robots(1, Settings(learning=learning))
+    robot.start()
+    select_mating_always(batch)
+    closes = {"mating": robot.step(empty_observation())[contract.JAW]}
+    batch.genotypes[:, :, 0] = -1.0
+    closes["foraging"] = robot.step(empty_observation())[contract.JAW]
+    assert closes == {name: float(name in modules) for name in ("foraging", "mating")}
+
+
 def test_a_mating_is_followed_by_the_refractory_time() -> None:
     """The beacon is off, and faces count as not visible, for the refractory steps; then it is on
     again."""
     batch, _, (robot,) = new_robots(1)
     robot.start()
     select_mating_always(batch)
-    face = empty_observation()
-    face[contract.FACE], face[contract.FACE + contract.DISTANCE] = 1.0, 0.4
+    face = seen_face(1.0, 0.0, 0.0)
     assert robot.step(face)[contract.BEACON] == 1.0
     met = face.copy()
     met[contract.ENCOUNTER] = 1.0
     beacons, hidden = [], []
     for row in (met, face, face, face, face, face):
         beacons.append(robot.step(row)[contract.BEACON])
-        hidden.append(batch.visible[1] == 0.0)
+        hidden.append(batch.visible[0, 1] == 0.0)
     assert beacons == [0.0, 0.0, 0.0, 0.0, 1.0, 1.0]
     assert hidden == [True, True, True, True, False, False]
     assert batch.matings[0, robot.agent] == 1
+
+
+def test_the_energy_at_every_mating_is_summed() -> None:
+    """That is the number of offspring to expect; the energy of other steps does not count."""
+    batch, _, (robot,) = new_robots(1)
+    robot.start()
+    met = empty_observation()
+    met[contract.ENCOUNTER] = 1.0
+    expected = 0.0
+    for k in range(12):
+        robot.step(met if k % 3 == 0 else empty_observation())
+        expected += robot.energy if k % 3 == 0 else 0.0
+    assert batch.matings[0, robot.agent] == 4
+    assert batch.mating_energy_sum[0, robot.agent] == expected < 4 * 0.5
 
 
 def test_only_the_mating_module_switches_the_beacon_on() -> None:

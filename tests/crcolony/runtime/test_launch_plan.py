@@ -1,5 +1,6 @@
 """A launch starts the right processes with the right options."""
 
+import shlex
 from pathlib import Path
 
 import msgspec
@@ -12,7 +13,10 @@ from crcolony.runtime.launch_plan import (
     LaunchOptions,
     child_processes,
     choose_networks,
+    chosen_networks,
+    connect_option,
 )
+from crcolony.runtime.supervisor import ChildProcess
 from crcolony.transport.zenoh_session import HERE, MAX_MESH_ROBOTS, NetworkSettings
 
 LAUNCH = LaunchOptions(
@@ -33,13 +37,6 @@ def launch(**changes: object) -> LaunchOptions:
     return LaunchOptions(**{**LAUNCH.__dict__, **changes})
 
 
-@pytest.fixture
-def default_port_is_free(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The default port is not in use."""
-    monkeypatch.setattr(launch_plan, "is_taken", lambda endpoint: False)
-
-
-@pytest.mark.usefixtures("default_port_is_free")
 def test_few_robots_form_a_mesh_on_the_default_port() -> None:
     """The arena listens there, and the robots connect to it."""
     networks = choose_networks(LAUNCH)
@@ -48,7 +45,6 @@ def test_few_robots_form_a_mesh_on_the_default_port() -> None:
     )
 
 
-@pytest.mark.usefixtures("default_port_is_free")
 def test_many_robots_are_clients_of_a_router() -> None:
     """As is the arena."""
     networks = choose_networks(launch(count=MAX_MESH_ROBOTS + 1))
@@ -56,18 +52,24 @@ def test_many_robots_are_clients_of_a_router() -> None:
     assert networks.robots == networks.arena == NetworkSettings(role="client", connect=(HERE,))
 
 
-def test_a_second_launch_chooses_another_port(monkeypatch: pytest.MonkeyPatch) -> None:
-    """So that the two colonies are not connected."""
+def test_a_second_launch_chooses_another_port() -> None:
+    """So that the two colonies are not connected; also if the first one is only about to listen."""
+    with chosen_networks(LAUNCH), chosen_networks(LAUNCH) as networks:
+        assert networks.endpoint != HERE
+        assert networks.robots.connect == networks.arena.listen == (networks.endpoint,)
+
+
+def test_a_port_that_is_in_use_is_not_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever listens there."""
     monkeypatch.setattr(launch_plan, "is_taken", lambda endpoint: True)
-    networks = choose_networks(LAUNCH)
-    assert networks.endpoint != HERE
-    assert networks.robots.connect == networks.arena.listen == (networks.endpoint,)
+    with chosen_networks(LAUNCH) as networks:
+        assert networks.endpoint != HERE
 
 
-def test_robots_alone_connect_to_the_default_port(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_robots_alone_connect_to_the_default_port() -> None:
     """Which the arena of another process uses."""
-    monkeypatch.setattr(launch_plan, "is_taken", lambda endpoint: True)
-    assert choose_networks(launch(robots_only=True)).robots.connect == (HERE,)
+    with chosen_networks(LAUNCH), chosen_networks(launch(robots_only=True)) as networks:
+        assert networks.robots.connect == (HERE,)
 
 
 @pytest.mark.parametrize(
@@ -91,10 +93,15 @@ def test_where_the_arena_listens_the_robots_connect() -> None:
     assert networks == LaunchNetworks(NetworkSettings(connect=(SEED,)), network, None, SEED)
 
 
+def words_of(child: ChildProcess) -> list[str]:
+    """Return the command line of a process, without the interpreter."""
+    return child.command[child.command.index("crcolony") + 1 :]
+
+
 def commands(options: LaunchOptions, folder: Path) -> dict[str, list[str]]:
     """Return the command lines by process, without the interpreter."""
     options = launch(**{**options.__dict__, "folder": folder})
-    return {child.name: child.command[3:] for child in child_processes(options, NETWORKS)}
+    return {child.name: words_of(child) for child in child_processes(options, NETWORKS)}
 
 
 NETWORKS = LaunchNetworks(
@@ -109,7 +116,8 @@ def test_every_process_gets_its_options(tmp_path: Path) -> None:
     arena, robot = " ".join(lines["arena"]), " ".join(lines["robot 1"])
     config = tmp_path / "config.toml"
     assert (
-        arena == f"arena --config {config} --arena lab --out {tmp_path} --hz 20.0 --listen {SEED}"
+        arena
+        == f"arena --config {config} --arena lab --out {tmp_path}/arena --hz 20.0 --listen {SEED}"
     )
     assert robot == (
         f"robot --config {config} --colony blue --arena lab --out {tmp_path}/robots/1"
@@ -140,6 +148,19 @@ def test_a_router_is_the_first_process(tmp_path: Path) -> None:
     networks = LaunchNetworks(client, client, router, SEED)
     children = child_processes(launch(folder=tmp_path), networks)
     assert [child.name for child in children] == ["router", "arena", "robot 0", "robot 1"]
-    assert children[0].command[3:] == ["router", "--listen", SEED]
+    assert words_of(children[0]) == ["router", "--listen", SEED]
     assert "--client" in children[1].command
     assert msgspec.structs.replace(client, role="peer") == NETWORKS.robots
+
+
+@pytest.mark.parametrize(
+    "endpoint",
+    ["tcp/[::1]:7447", "tcp/10.0.0.1:7447?rel=1#iface=eth0;bind=x", "unixsock-stream//tmp/a b"],
+)
+def test_the_hint_survives_a_shell(endpoint: str) -> None:
+    """Any endpoint, and an interface; without the default one."""
+    assert shlex.split(connect_option(endpoint)) == ["--connect", endpoint]
+    assert connect_option("tcp/[::1]:7447") == " --connect 'tcp/[::1]:7447'"
+    assert connect_option("tcp/10.0.0.1:7447") == " --connect tcp/10.0.0.1:7447"
+    assert connect_option("--interface eth0") == " --interface eth0"
+    assert connect_option(HERE) == ""

@@ -1,12 +1,17 @@
 """A process that dies is restarted, a few times; one that exits for good is not, and its last line says why."""
 
+import signal
+import subprocess
 import sys
-import time
+from collections.abc import Sequence
 from pathlib import Path
 
+import psutil
 import pytest
 
-from crcolony.runtime.supervisor import ChildProcess, dashboard_address, last_line
+from crcolony.runtime import supervisor
+from crcolony.runtime.supervisor import ChildProcess, dashboard_address, end_all, last_line
+from tests.support.process import wait_until
 
 
 def child(folder: Path, code: str, name: str = "robot 1") -> ChildProcess:
@@ -49,7 +54,6 @@ def test_a_process_that_is_killed_is_restarted_after_a_delay(tmp_path: Path) -> 
     assert process.restart_if_dead(1.5) == "robot 1 is restarted"
     assert process.restarts == 1
     process.terminate()
-    process.wait(time.monotonic() + 10.0)
     assert exit_of(process, 2.0) == "robot 1: killed by SIGTERM"
 
 
@@ -69,17 +73,104 @@ def test_a_process_that_dies_five_times_in_a_minute_is_given_up(
     assert ("5 times in a minute" in report) == is_over
 
 
-def test_a_process_that_ignores_sigterm_is_killed(tmp_path: Path) -> None:
+SAVES_AT = (
+    "import signal, sys, time; signal.signal(15, lambda *_: (time.sleep({s}), sys.exit(0))); "
+)
+RUNS = "print('up', flush=True); time.sleep(60)"
+
+
+def started(*processes: ChildProcess) -> Sequence[subprocess.Popen[bytes]]:
+    """Start processes, and return them when all have printed that they are up."""
+    for process in processes:
+        process.log.parent.mkdir(exist_ok=True)
+        process.start(0.0)
+    logs = [process.log for process in processes]
+    wait_until(lambda: all(last_line(log) == "up" for log in logs), "they are up")
+    return [process.process for process in processes if process.process is not None]
+
+
+def test_robots_end_before_the_others_and_all_have_time_to_save(tmp_path: Path) -> None:
+    """The arena is terminated when no robot runs any more; one that was stopped is continued."""
+    robot = child(tmp_path / "robot", SAVES_AT.format(s=0.2) + RUNS)
+    arena = child(tmp_path / "arena", SAVES_AT.format(s=0.0) + RUNS, "arena")
+    one, two = started(arena, robot)
+    two.send_signal(signal.SIGSTOP)
+    order: list[str] = []
+
+    def note_order() -> bool:
+        order.append(f"{one.poll()} {two.poll()}")
+        return False
+
+    end_all([arena, robot], note_order)
+    assert "0 None" not in order, "the arena ended before the robot"
+    assert (one.returncode, two.returncode) == (0, 0)
+
+
+def test_after_a_second_signal_all_are_terminated_at_once_and_still_save(tmp_path: Path) -> None:
+    """None is killed that saves within some seconds."""
+    robot = child(tmp_path / "robot", SAVES_AT.format(s=1.0) + RUNS)
+    arena = child(tmp_path / "arena", SAVES_AT.format(s=0.0) + RUNS, "arena")
+    one, two = started(arena, robot)
+    order: list[str] = []
+
+    def is_urgent() -> bool:
+        order.append(f"{one.poll()} {two.poll()}")
+        return True
+
+    end_all([arena, robot], is_urgent)
+    assert "0 None" in order, "the arena waited for the robot"
+    assert (one.returncode, two.returncode) == (0, 0)
+
+
+def test_a_process_that_ignores_sigterm_is_killed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """When the time to exit is over."""
-    code = "import signal, time; signal.signal(15, signal.SIG_IGN); print('up', flush=True); time.sleep(60)"
-    process = child(tmp_path, code)
-    process.start(0.0)
-    while last_line(process.log) != "up":
-        time.sleep(0.01)
-    process.terminate()
-    process.wait(time.monotonic() + 0.1)
-    assert process.process is not None
-    assert process.process.returncode == -9
+    monkeypatch.setattr(supervisor, "_URGENT_TIMEOUT_S", 0.1)
+    process = child(tmp_path, "import signal, time; signal.signal(15, signal.SIG_IGN); " + RUNS)
+    (one,) = started(process)
+    end_all([process], lambda: True)
+    assert one.returncode == -signal.SIGKILL
+
+
+STARTS_ONE = """
+import sys, time
+from pathlib import Path
+from crcolony.runtime.supervisor import ChildProcess
+child = ChildProcess("robot 1", [sys.executable, "-c", sys.argv[1]], Path(sys.argv[2]))
+child.start(0.0)
+print(child.process.pid, flush=True)
+time.sleep(float(sys.argv[3]))
+"""
+"""A process that starts another one as a launch does."""
+ENDS_WITH_PARENT = """
+import time
+time.sleep(0.5)  # when the parent of the second test is gone already
+from crcolony.shutdown import ShutdownSignal, end_with_parent
+is_stopped = ShutdownSignal()
+end_with_parent()
+print("up", flush=True)
+while not is_stopped():
+    time.sleep(0.01)
+print("saved", flush=True)
+"""
+
+
+@pytest.mark.parametrize("lifetime_s", [60.0, 0.0], ids=["killed", "gone before"])
+def test_a_process_saves_and_ends_when_what_started_it_is_gone(
+    tmp_path: Path, lifetime_s: float
+) -> None:
+    """Whether that is killed with -9, or is gone before its child can watch it."""
+    log = tmp_path / "log"
+    words = [sys.executable, "-c", STARTS_ONE, ENDS_WITH_PARENT, str(log), str(lifetime_s)]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout is not None
+        started = psutil.Process(int(parent.stdout.readline()))
+        if lifetime_s:
+            wait_until(lambda: last_line(log) == "up", "the child is up")
+            parent.kill()
+    wait_until(lambda: last_line(log) == "saved", "the child has saved")
+    started.wait(30.0)
 
 
 def test_robots_and_observers_are_told_apart_by_name(tmp_path: Path) -> None:

@@ -22,7 +22,12 @@ LEAVES = (
 NAMES = st.text("abcde", min_size=1, max_size=4)
 TREES = st.dictionaries(
     NAMES,
-    st.recursive(LEAVES, lambda inner: st.lists(inner) | st.dictionaries(NAMES, inner)),
+    st.recursive(
+        LEAVES,
+        lambda inner: st.lists(inner, max_size=3) | st.dictionaries(NAMES, inner, max_size=3),
+        max_leaves=8,
+    ),
+    max_size=4,
 )
 
 

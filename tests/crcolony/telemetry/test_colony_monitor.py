@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from crcolony.nodes.event_buffer import EventBuffer
 from crcolony.protocol.codec import encode
 from crcolony.protocol.telemetry_messages import (
+    ArenaMetadata,
     EventMessage,
     Fault,
     HistoryReply,
@@ -16,8 +17,14 @@ from crcolony.protocol.telemetry_messages import (
 )
 from crcolony.telemetry.backfill import REPLY_TIMEOUT_S
 from crcolony.telemetry.sequence_gaps import REQUEST_DELAY_S
-from crcolony.telemetry.status_changes import EventReceived, RobotRestarted
+from crcolony.telemetry.status_changes import (
+    ArenaChanged,
+    EventReceived,
+    RobotRestarted,
+    StatusChange,
+)
 from tests.support.fed_monitor import (
+    ARENA,
     COLONY,
     IDS,
     ME,
@@ -164,3 +171,17 @@ def test_robots_are_in_order_of_number_and_id(monitor: FedMonitor) -> None:
     monitor.offline(3, IDS[0])
     assert [status.robot for status in monitor.all] == [*sorted(IDS[1:3]), IDS[0], IDS[3]]
     assert [status.robot for status in monitor.alive] == [*sorted(IDS[1:3]), IDS[3]]
+
+
+def test_an_arena_restarted_with_other_settings_is_a_change() -> None:
+    """Every setting is named with both values; the first reply of a run counts."""
+    monitor = FedMonitor()
+
+    def reply(arena_run: int, packs: int) -> list[StatusChange]:
+        settings = f'{{"arena":{{"packs":{packs}}}}}'
+        return monitor.handle("metadata", ARENA.metadata, ArenaMetadata("lab", arena_run, settings))
+
+    assert reply(1, 8) == []
+    assert reply(2, 8) == []
+    assert reply(3, 12) == [ArenaChanged("lab", ("arena.packs 8 → 12",))]
+    assert reply(3, 12) == []

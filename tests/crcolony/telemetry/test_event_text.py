@@ -8,8 +8,15 @@ import pytest
 from crcolony.evolution.history import Born, Died, Lived, TurnedOver
 from crcolony.protocol.encounters import Outcome
 from crcolony.protocol.mating_messages import Encounter
-from crcolony.protocol.telemetry_messages import EncounterOutcome, Exchanged, Fault, Met, RobotEvent
-from crcolony.telemetry.event_text import format_event
+from crcolony.protocol.telemetry_messages import (
+    Activity,
+    EncounterOutcome,
+    Exchanged,
+    Fault,
+    Met,
+    RobotEvent,
+)
+from crcolony.telemetry.event_text import format_activity, format_event, readable
 from tests.support.fed_monitor import ME, PEER
 
 ENCOUNTER = Encounter(ME, PEER, 3, 1)
@@ -84,3 +91,14 @@ def test_rare_events_have_a_text(event: RobotEvent, expected: str) -> None:
 def test_frequent_events_have_none(event: RobotEvent) -> None:
     """Meetings, births and lifetimes; and the outcome of a mating, which its `Exchanged` reports."""
     assert text(event) is None
+
+
+def test_a_peers_text_moves_no_cursor_and_needs_no_other_font() -> None:
+    """Control characters, emoji and other scripts are escaped, in everything that a peer may write."""
+    hostile, escaped = "a\n\x1b[2J😀 ΔΦ → ü", r"a\n\x1b[2J\U0001f600 ΔΦ → ü"
+    assert readable(hostile) == escaped
+    assert text(Fault(3, hostile)) == escaped
+    assert text(Died(3, 0, f"x/{hostile}")) == f"agent {escaped} starved"
+    assert escaped in str(text(EncounterOutcome(9, "refused", PEER, None, hostile)))
+    assert format_activity(Activity(0, hostile, 1, 2)) == f"{escaped}, 50 %"
+    assert readable("/tmp/…: “cannot” be written – α × β") == "/tmp/…: “cannot” be written – α × β"

@@ -6,10 +6,10 @@ import msgspec
 import pytest
 from rich.console import Console
 
-from crcolony.protocol.telemetry_messages import SILENT_AFTER_S
+from crcolony.protocol.telemetry_messages import SILENT_AFTER_S, Activity
 from crcolony.telemetry.colony_monitor import ColonyMonitor
 from crcolony.telemetry.terminal_view import as_dict, headline, plain_line, table_of
-from tests.support.fed_monitor import A_SCENE, ARENA, ME, PEER, FedMonitor, T, state
+from tests.support.fed_monitor import A_SCENE, ARENA, COLONY, ME, PEER, FedMonitor, T, state
 
 
 @pytest.fixture
@@ -29,7 +29,7 @@ def shown(monitor: ColonyMonitor, unix_s: float) -> list[str]:
     """Return the lines of the table."""
     console = Console(width=140, color_system=None, markup=False)
     with console.capture() as capture:
-        console.print(table_of(monitor, unix_s))
+        console.print(table_of(monitor, unix_s, width=140))
     return capture.get().splitlines()
 
 
@@ -41,6 +41,31 @@ def test_the_table_has_a_row_for_every_robot(monitor: FedMonitor) -> None:
     assert "████░░░░ 0.50" in first
     assert "1.0 s" in first
     assert second.split() == [PEER.hex()[:8], "alive"]
+
+
+@pytest.mark.parametrize(
+    ("width", "columns"),
+    [
+        (120, "robot energy module gen matings children pool doubt age lost"),
+        (80, "robot energy module gen matings children pool"),
+        (60, "robot energy module gen matings"),
+        (40, "robot energy gen matings"),
+        (10, "robot energy"),
+    ],
+)
+def test_columns_that_do_not_fit_are_left_out_whole(
+    monitor: FedMonitor, width: int, columns: str
+) -> None:
+    """What matters least first; name and energy stay, and nothing that is shown is cut."""
+    console = Console(width=max(width, 26), color_system=None, markup=False)
+    with console.capture() as capture:
+        console.print(table_of(monitor, T + 1.0, width=width))
+    lines = capture.get().splitlines()
+    heads = next(line for line in lines if line.startswith("robot"))
+    assert heads.split() == columns.split()
+    assert f"{ME.hex()[:8]} #7" in capture.get()
+    assert "████░░░░ 0.50" in capture.get()
+    assert "…" not in capture.get()
 
 
 def test_a_robot_is_alive_silent_or_offline(monitor: FedMonitor) -> None:
@@ -56,18 +81,51 @@ def test_restarts_are_counted(monitor: FedMonitor) -> None:
     assert "(1 restarts)" in shown(monitor, T)[2]
 
 
-def test_without_robots_the_table_says_so() -> None:
-    """And that there is no arena."""
+def test_without_robots_the_table_says_what_is_awaited() -> None:
+    """That there is no arena, and where nobody answers."""
     monitor = FedMonitor()
-    assert headline(monitor) == plain_line(monitor) == "0 robots alive   no arena online"
-    assert "no robots yet; waiting …" in shown(monitor, T)[-1]
+    assert headline(monitor, T) == "0 robots alive   no arena online"
+    assert shown(monitor, T)[-1].strip() == "waiting for robots and an arena to come online …"
+    assert plain_line(monitor, T).endswith("waiting for robots and an arena to come online …")
+    assert plain_line(monitor, T, ["nobody answers"]).endswith("no arena online   nobody answers")
+
+
+def test_a_robot_that_starts_is_shown_with_what_it_does() -> None:
+    """And so is an arena; both as long as they say so, and until they are online."""
+    monitor = FedMonitor()
+    monitor.handle("activity", COLONY.activity(ME), Activity(7, "compiling the step", 4, 10))
+    monitor.handle("activity", ARENA.activity, Activity(7, "compiling the world", 1, 2))
+    title = "0 robots alive, 1 starting   arena lab: compiling the world, 50 %"
+    assert headline(monitor, T + 1.0) == title
+    row = shown(monitor, T + 1.0)[2]
+    assert row.split()[:3] == [ME.hex()[:8], "starting", "compiling"]
+    assert "compiling the step, 40 %" in row
+    assert plain_line(monitor, T + 1.0) == f"{title}   compiling the step, 40 %"
+    assert headline(monitor, T + 3.0) == "0 robots alive   arena lab: offline"
+    monitor.online()
+    monitor.handle("online", ARENA.alive(7, "a"))
+    assert headline(monitor, T + 1.0) == "1 robots alive   arena lab: no scene yet"
+
+
+def test_a_robot_without_a_body_is_shown_with_what_it_waits_for() -> None:
+    """Until it has a body."""
+    monitor = FedMonitor()
+    monitor.online()
+    monitor.state(msgspec.structs.replace(state(), arena=""))
+    monitor.handle("activity", COLONY.activity(ME), Activity(7, "waiting for arena lab", 0, 0))
+    assert "waiting for arena lab" in shown(monitor, T + 1.0)[2]
+    assert "no body" in shown(monitor, T + 3.0)[2]
+    monitor.now_s = T + 1.0
+    monitor.state(msgspec.structs.replace(state(), arena="lab"))
+    assert "waiting" not in shown(monitor, T + 1.0)[2]
 
 
 def test_the_headline_shows_the_arenas(monitor: FedMonitor) -> None:
     """Offline ones, and those without a scene, too."""
     monitor.handle("offline", ARENA.alive(7, "a"))
     monitor.handle("online", "crcolony/1/arena/other/alive/1/a")
-    assert headline(monitor) == "2 robots alive   arena lab: offline   arena other: no scene yet"
+    title = "2 robots alive   arena lab: offline   arena other: no scene yet"
+    assert headline(monitor, T) == title
 
 
 def test_the_line_summarises_the_robots(monitor: FedMonitor) -> None:
@@ -77,8 +135,8 @@ def test_the_line_summarises_the_robots(monitor: FedMonitor) -> None:
             state(robot=PEER), energy=1.0, generation=3, matings=4, conceptions=1
         )
     )
-    assert plain_line(monitor).startswith("2 robots alive   arena lab: tick ")
-    assert plain_line(monitor).endswith("   generation 3, matings 5, offspring 3, energy 0.75")
+    assert plain_line(monitor, T).startswith("2 robots alive   arena lab: tick ")
+    assert plain_line(monitor, T).endswith("   generation 3, matings 5, offspring 3, energy 0.75")
 
 
 def test_json_has_all_fields_of_every_robot(monitor: FedMonitor) -> None:
@@ -91,8 +149,9 @@ def test_json_has_all_fields_of_every_robot(monitor: FedMonitor) -> None:
         "id": PEER.hex(),
         "colony": "blue",
         "alive": True,
+        "doing": "",
         "energy": None,
         "generation": None,
         "matings": None,
     }
-    assert [(a["name"], a["alive"]) for a in result["arenas"]] == [("lab", True)]
+    assert [(a["name"], a["alive"], a["doing"]) for a in result["arenas"]] == [("lab", True, "")]

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from crcolony_dashboards.tabs import palette
-from crcolony_dashboards.tabs.arena import ArenaTab
 from crcolony_dashboards.tabs.arena_bodies import scaled_to_view
 from crcolony_dashboards.tabs.arena_layout import ROOT
+from crcolony_dashboards.tabs.colony import ColonyTab
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -15,7 +15,7 @@ from tests.support.drawn import RecordingStreams, TabHarness
 @pytest.fixture
 def show() -> TabHarness:
     """Two robots in an arena."""
-    show = TabHarness(ArenaTab())
+    show = TabHarness(ColonyTab())
     show.telemetry.join(0, 1)
     show.telemetry.scene((0, -0.5, 0.0), (1, 0.5, 0.0))
     return show

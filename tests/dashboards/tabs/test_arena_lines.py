@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 from crcolony_dashboards.tabs import palette
-from crcolony_dashboards.tabs.arena import ArenaTab
 from crcolony_dashboards.tabs.arena_layout import ROOT
 from crcolony_dashboards.tabs.arena_lines import field_rim
+from crcolony_dashboards.tabs.colony import ColonyTab
 from crcolony_dashboards.view_model.pairings import MATING_S, MEETING_S
 from hypothesis import assume, given
 from hypothesis import strategies as st
@@ -19,7 +19,7 @@ from tests.support.fake_telemetry import NATURE, FakeTelemetry, mated, met
 @pytest.fixture
 def show() -> TabHarness:
     """Two robots in an arena."""
-    show = TabHarness(ArenaTab())
+    show = TabHarness(ColonyTab())
     show.telemetry.join(0, 1)
     show.telemetry.scene((0, -0.5, 0.0), (1, 0.5, 0.0))
     return show

@@ -25,16 +25,20 @@ def written(streams: RecordingStreams) -> list[tuple[str, str, str]]:
 
 
 def test_events_are_logged_in_order(show: TabHarness) -> None:
-    """Every kind has its own entity, and every line a severity."""
+    """Every line has a severity, and the colony's time if an arena says how long its ticks are."""
     show.telemetry.events(0, mated(0, 1, conceived=True), Died(7, 0, agent(0, 3)))
     show.telemetry.events(1, Fault(7, "no arena"))
+    show.telemetry.events(1, mated(0, 1, tick=71))
     show.telemetry.offline(0)
     assert written(show.draw(1.0)) == [
-        ("/log/mating", "#0 mated with #1, conceived (energy 0.50)", "INFO"),
-        ("/log/death", "#0: agent 3 starved", "INFO"),
-        ("/log/fault", "#1: no arena", "ERROR"),
-        ("/log/presence", "#0 is offline", "WARN"),
+        ("/log", "#0: agent 3 starved", "INFO"),
+        ("/log", "#1: no arena", "ERROR"),
+        ("/log", "#0 and #1 mated; #0 conceived", "INFO"),
+        ("/log", "#0 is offline", "WARN"),
     ]
+    show.telemetry.scene(period_s=0.5)
+    show.telemetry.events(1, Fault(7, "no arena"))
+    assert written(show.draw(1.0)) == [("/log", "0:00:03  #1: no arena", "ERROR")]
 
 
 def test_no_line_is_written_twice(show: TabHarness) -> None:
@@ -54,4 +58,4 @@ def test_lines_are_written_once_a_second(show: TabHarness) -> None:
         *(f"#1: {number}" for number in range(8)),
         "… and 1 more (fault)",
     ]
-    assert {path for path, _, _ in lines} == {"/log/fault"}
+    assert {path for path, _, _ in lines} == {"/log"}

@@ -3,20 +3,23 @@
 import itertools
 
 import numpy as np
+import pytest
 from crcolony_dashboards.tabs import palette
 from hypothesis import given
 from hypothesis import strategies as st
+
+from tests.support.colour_vision import VISIONS, difference, lab
 
 
 def distance(one: palette.Colour, other: palette.Colour) -> float:
     return float(np.linalg.norm(np.subtract(one, other)))
 
 
-def test_energy_goes_from_red_to_green() -> None:
-    """Yellow in between; values out of range have the colour of the nearer end."""
+def test_energy_goes_from_dark_to_bright() -> None:
+    """Values out of range have the colour of the nearer end."""
+    low, middle, high = palette.ENERGY
     colours = palette.energy_colours([0.0, 0.5, 1.0, -3.0, 7.0])
-    ends = [palette.BAD, palette.MIDDLING, palette.GOOD, palette.BAD, palette.GOOD]
-    assert [tuple(colour) for colour in colours] == ends
+    assert [tuple(colour) for colour in colours] == [low, middle, high, low, high]
     assert colours.dtype == np.uint8
 
 
@@ -26,12 +29,44 @@ def test_energy_colours_are_interpolated(energies: list[float]) -> None:
     colours = palette.energy_colours(energies)
     assert colours.shape == (len(energies), 3)
     for energy, colour in zip(energies, colours, strict=True):
-        low, high = (palette.BAD, palette.MIDDLING)
-        if energy > 0.5:
-            low, high = (palette.MIDDLING, palette.GOOD)
+        low, high = palette.ENERGY[:2] if energy <= 0.5 else palette.ENERGY[1:]
         share = 2.0 * energy - (energy > 0.5)
         exact = np.array(low) + share * np.subtract(high, low)
         assert np.all(np.abs(colour - exact) <= 1.0)
+
+
+@pytest.mark.parametrize("vision", VISIONS)
+class TestColourVision:
+    """What a colour says is seen with and without each kind of cones."""
+
+    def test_energies_are_told_apart_by_brightness(self, vision: str) -> None:
+        """A fuller robot is always brighter, and quarters of an energy differ clearly."""
+        shades = palette.energy_colours(np.linspace(0.0, 1.0, 21).tolist()).tolist()
+        levels: list[palette.Colour] = [(red, green, blue) for red, green, blue in shades]
+        brightness = [lab(level, vision)[0] for level in levels]
+        assert all(later > earlier for earlier, later in itertools.pairwise(brightness))
+        quarters = levels[::5]
+        assert all(difference(*pair, vision) > 15.0 for pair in itertools.pairwise(quarters))
+
+    @pytest.mark.parametrize(
+        "colours",
+        [
+            [*palette.MODULES, palette.STALE],
+            [palette.PACK, palette.EMPTY_PACK, palette.BACKGROUND],
+            [palette.MET, palette.MATED, palette.CONCEIVED],
+            [palette.YES, palette.NO, palette.BACKGROUND],
+            [palette.ENERGY[0], palette.STALE, palette.BACKGROUND],
+        ],
+    )
+    def test_states_are_told_apart(self, colours: list[palette.Colour], vision: str) -> None:
+        """Modules, packs, lines between robots, peers, and a starving robot from a silent one."""
+        for one, other in itertools.combinations(colours, 2):
+            assert difference(one, other, vision) > 13.0, (one, other)
+
+    def test_the_lines_of_a_chart_are_told_apart(self, vision: str) -> None:
+        """The first five, which are as many as a chart of meta-parameters has."""
+        for one, other in itertools.combinations(palette.SERIES[:5], 2):
+            assert difference(one, other, vision) > 13.0, (one, other)
 
 
 def test_modules_have_different_colours() -> None:

@@ -88,7 +88,7 @@ class TestColours:
         telemetry.scene((1, 0.0, 0.0), (0, 0.5, 0.0))
         telemetry.advance_s(0.1)
         colours = colours_of(telemetry)
-        assert rgb(colours.energy) == [palette.GOOD, palette.BAD]
+        assert rgb(colours.energy) == [palette.ENERGY[-1], palette.ENERGY[0]]
         assert rgb(colours.module) == [palette.MODULES[1], palette.MODULES[0]]
         assert rgb(colours.founder) == [palette.founder_colour(1), palette.founder_colour(0)]
         assert colours.is_stale == [False, False]
@@ -150,7 +150,7 @@ class TestColours:
         assert colours_of(telemetry, lookup) is first
         telemetry.scene((0, 0.0, 0.0), (1, 0.5, 0.0))
         telemetry.advance_s(0.1)
-        assert rgb(colours_of(telemetry, lookup).energy) == [palette.GOOD, palette.GOOD]
+        assert rgb(colours_of(telemetry, lookup).energy) == [palette.ENERGY[-1], palette.ENERGY[-1]]
         telemetry.state(0, 1, energy=0.0)
         telemetry.advance_s(1.0)
-        assert rgb(colours_of(telemetry, lookup).energy) == [palette.BAD, palette.BAD]
+        assert rgb(colours_of(telemetry, lookup).energy) == [palette.ENERGY[0], palette.ENERGY[0]]

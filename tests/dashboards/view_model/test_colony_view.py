@@ -34,15 +34,13 @@ class TestColonies:
         assert [state.robot for state in telemetry.view.states("red")] == [IDS[1]]
         assert {state.robot for state in telemetry.view.states()} == set(IDS[:2])
         assert telemetry.view.generation() == 1
-        ended = telemetry.view.pop_ended_generations(telemetry.at_s)
-        assert [(colony.name, generation.best) for colony, generation in ended] == [
-            ("blue", agent(0, 0)),
-            ("red", agent(1, 0)),
-        ]
+        for _ in range(2):
+            telemetry.view.update_generations(telemetry.at_s)
         blue, red = telemetry.view.colonies.values()
         assert (blue.best, red.best) == (agent(0, 0), agent(1, 0))
         assert (blue.family[agent(1, 0)], red.family[agent(0, 0)]) == (None, None)
-        assert telemetry.view.pop_ended_generations(telemetry.at_s + 100.0) == []
+        assert [row.number for row in blue.history.rows] == [0]
+        assert [row.number for row in red.history.rows] == [0]
 
     def test_the_number_of_colonies_is_limited(self, telemetry: FakeTelemetry) -> None:
         """Robots of further ones are listed but not counted."""
@@ -114,15 +112,9 @@ class TestColonies:
         """Neither births nor lifetimes."""
         telemetry.join(0)
         telemetry.events(0, born("x/1", genes=[float("nan")]), lived("x/1", 2**60), lived("x" * 65))
-        assert telemetry.view.pop_ended_generations(telemetry.at_s + 100.0) == []
+        telemetry.view.update_generations(telemetry.at_s + 100.0)
+        assert telemetry.view.colonies["blue"].history.rows == []
         assert len(telemetry.view.colonies["blue"].family) == 0
-
-    def test_a_generation_ended_when_its_lifetimes_ended(self, telemetry: FakeTelemetry) -> None:
-        """Not when they were received."""
-        telemetry.join(0, generation=1)
-        telemetry.events(0, lived(agent(0, 0)), told_s=T - 500.0)
-        ((_, generation),) = telemetry.view.pop_ended_generations(telemetry.at_s + PATIENCE_S)
-        assert generation.unix_s == T - 500.0
 
 
 class TestTime:
@@ -196,7 +188,8 @@ def test_the_order_of_arrival_does_not_matter() -> None:
         telemetry.join(0, 1, generation=1)
         for robot, event in random.Random(seed).sample(events, len(events)):
             telemetry.events(robot, event)  # type: ignore[arg-type]
-        ((_, generation),) = telemetry.view.pop_ended_generations(telemetry.at_s + PATIENCE_S)
+        telemetry.view.update_generations(telemetry.at_s + PATIENCE_S)
+        (generation,) = telemetry.view.colonies["blue"].history.rows
         found.append((generation.agents, generation.matings, generation.conceptions))
         assert len(pairings(telemetry)) == 3
     assert all(one == other for one, other in itertools.pairwise(found))

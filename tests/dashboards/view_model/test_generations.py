@@ -2,6 +2,7 @@
 
 import random
 
+import msgspec
 import numpy as np
 import pytest
 from crcolony_dashboards.view_model import generations as generations_module
@@ -31,7 +32,7 @@ def present(*generations: int) -> dict[RobotId, int]:
 def turn_over(made: Generations, robot: int, number: int, agents: int = 2) -> None:
     """Report all lifetimes of a robot's generation, and the births of the next."""
     for k in range(agents):
-        made.add_lifetime(lived(agent(robot, 100 * number + k), number), T, T)
+        made.add_lifetime(lived(agent(robot, 100 * number + k), number), T)
     for k in range(agents):
         made.add_birth(IDS[robot], born(agent(robot, 100 * (number + 1) + k), number + 1))
 
@@ -71,7 +72,7 @@ def test_mean_and_spread_are_those_of_all_agents(
     rng.shuffle(events)
     for event in events:
         if isinstance(event, Lived):
-            made.add_lifetime(event, T + event.tick, T + 1_000.0)
+            made.add_lifetime(event, T + 1_000.0)
         elif isinstance(event, Born):
             made.add_birth(IDS[ME], event)
         else:
@@ -84,7 +85,6 @@ def test_mean_and_spread_are_those_of_all_agents(
         found: Spread = getattr(generation, name)
         assert (found.mean, found.sd, found.low, found.high) == pytest.approx(expected, abs=1e-12)
     assert (generation.number, generation.agents) == (4, len(lives))
-    assert (generation.tick, generation.unix_s) == (len(lives) - 1, T + len(lives) - 1)
     assert sorted(generation.genotypes[:, 0]) == sorted(life[4] for life in lives)
     best = int(generation.best.rpartition("/")[2])
     assert lives[best][:3] == max(life[:3] for life in lives)
@@ -98,8 +98,8 @@ def test_conceptions_count_for_the_agent_that_conceived() -> None:
     for k, (mine, theirs) in enumerate([(True, True), (True, False), (False, False)]):
         made.add_mating(mated(ME, PEER, k, agent=agent(ME, 7), conceived=mine))
         made.add_mating(mated(ME, PEER, k, agent=agent(PEER, 7), conceived=theirs))
-    made.add_lifetime(lived(agent(ME, 7)), T, T)
-    made.add_lifetime(lived(agent(PEER, 7)), T, T)
+    made.add_lifetime(lived(agent(ME, 7)), T)
+    made.add_lifetime(lived(agent(PEER, 7)), T)
     conceptions = only(made.pop_ended({}, T + PATIENCE_S)).conceptions
     assert (conceptions.mean, conceptions.low, conceptions.high) == pytest.approx((1.5, 1.1, 1.9))
 
@@ -109,7 +109,7 @@ def test_the_best_mates_most_and_of_equals_captures_most() -> None:
     made = Generations()
     for k, (matings, captures, energy) in enumerate([(2, 9, 0.1), (3, 1, 0.9), (3, 2, 0.1)]):
         life = lived(agent(ME, k), matings=matings, captures=captures, energy=energy)
-        made.add_lifetime(life, T, T)
+        made.add_lifetime(life, T)
     generation = only(made.pop_ended({}, T + PATIENCE_S))
     assert (generation.best, generation.best_genes) == (agent(ME, 2), None)
     assert generation.genotypes.shape == (0, 0)
@@ -169,7 +169,7 @@ class TestEnd:
         made = Generations()
         turn_over(made, ME, 3)
         turn_over(made, ME, 4)
-        made.add_lifetime(lived(agent(LATE, 1), 3), T, T + 9.0)
+        made.add_lifetime(lived(agent(LATE, 1), 3), T + 9.0)
         ended = made.pop_ended(present(5, 3), T + PATIENCE_S)
         assert numbers(ended) == [3, 4]
         assert [generation.agents for generation in ended] == [3, 2]
@@ -195,7 +195,7 @@ class TestEnd:
     def test_a_present_generation_has_not_ended(self) -> None:
         """However long nothing arrives of it."""
         made = Generations()
-        made.add_lifetime(lived(agent(ME, 1), 3), T, T)
+        made.add_lifetime(lived(agent(ME, 1), 3), T)
         assert made.pop_ended(present(3, 3), T + 1e6) == []
 
 
@@ -207,7 +207,7 @@ class TestLimits:
         made = Generations()
         for k in range(1_000):
             made.add_birth(IDS[ME], born(agent(ME, k), 0, [float(k)]))
-            made.add_lifetime(lived(agent(ME, k)), T, T)
+            made.add_lifetime(lived(agent(ME, k)), T)
         generation = only(made.pop_ended({}, T + PATIENCE_S))
         genes = generation.genotypes[:, 0]
         assert generation.agents == 1_000
@@ -219,7 +219,7 @@ class TestLimits:
         made = Generations()
         for number in range(40):
             made.add_mating(mated(ME, PEER, agent=agent(ME, number), conceived=True))
-            made.add_lifetime(lived(agent(ME, number), number), T, T)
+            made.add_lifetime(lived(agent(ME, number), number), T)
         ended = made.pop_ended({}, T + PATIENCE_S)
         assert numbers(ended) == list(range(24, 40))
         assert len(made._conceptions) == 0
@@ -231,7 +231,7 @@ class TestLimits:
         for k in range(30):
             made.add_birth(IDS[ME], born(agent(ME, k), 0, [float(k)]))
             made.add_mating(mated(ME, PEER, k, agent=agent(ME, k), conceived=True))
-            made.add_lifetime(lived(agent(ME, k)), T, T)
+            made.add_lifetime(lived(agent(ME, k)), T)
         assert made.genes_of(agent(ME, 19)) is None
         genes = made.genes_of(agent(ME, 20))
         assert genes is not None
@@ -244,6 +244,15 @@ class TestLimits:
         made = Generations()
         for k, genes in enumerate(([1.0, 2.0], [3.0], [4.0, 5.0])):
             made.add_birth(IDS[ME], born(agent(ME, k), 0, genes))
-            made.add_lifetime(lived(agent(ME, k)), T, T)
+            made.add_lifetime(lived(agent(ME, k)), T)
         generation = only(made.pop_ended({}, T + PATIENCE_S))
         assert generation.genotypes.tolist() == [[1.0, 2.0], [4.0, 5.0]]
+
+
+def test_a_generation_of_a_robot_starts_with_its_first_birth() -> None:
+    """Later births of the same generation do not count, and a new generation starts anew."""
+    made = Generations()
+    for tick, number in ((5, 0), (6, 0), (905, 1), (906, 1), (907, 0)):
+        birth = msgspec.structs.replace(born(agent(ME, tick), number), tick=tick)
+        made.add_birth(IDS[ME], birth)
+    assert made.starts == {IDS[ME]: (1, 905)}

@@ -13,6 +13,7 @@ from crcolony.protocol.encounters import Outcome
 from crcolony.protocol.mating_messages import Encounter
 from crcolony.protocol.telemetry_messages import EncounterOutcome, EventMessage, Fault, RobotEvent
 from crcolony.telemetry.status_changes import (
+    ArenaChanged,
     ArenaJoined,
     ArenaLeft,
     EventReceived,
@@ -40,6 +41,14 @@ def line_of(event: RobotEvent, robot: int = 0) -> LogLine | None:
         (RobotRestarted(IDS[1], 4), LogLine("presence", "#1 restarted: incarnation 4", "WARN")),
         (ArenaJoined("lab"), LogLine("presence", "arena lab is online")),
         (ArenaLeft("lab"), LogLine("presence", "arena lab is offline", "WARN")),
+        (
+            ArenaChanged("lab", ("arena.packs 8 → 12", "body.jaw false → true")),
+            LogLine(
+                "presence",
+                "arena lab has other settings than before: arena.packs 8 → 12, body.jaw false → true",
+                "WARN",
+            ),
+        ),
     ],
 )
 def test_joining_and_leaving_have_lines(change: StatusChange, line: LogLine) -> None:
@@ -50,22 +59,16 @@ def test_joining_and_leaving_have_lines(change: StatusChange, line: LogLine) -> 
 @pytest.mark.parametrize(
     ("event", "line"),
     [
+        (Died(9, 0, agent(0, 17)), LogLine("death", "#0: agent 17 starved", tick=9)),
         (
-            mated(0, 1, conceived=True),
-            LogLine("mating", "#0 mated with #1, conceived (energy 0.50)"),
+            TurnedOver(9, 0, 5, 7),
+            LogLine("turnover", "#0 starts generation 5 from 7 offspring", tick=9),
         ),
-        (mated(1, 0), LogLine("mating", "#0 mated with #1, no offspring (energy 0.50)")),
-        (
-            mated(0, 1, too_late=True),
-            LogLine("mating", "#0 mated with #1, too late to conceive (energy 0.50)"),
-        ),
-        (Died(9, 0, agent(0, 17)), LogLine("death", "#0: agent 17 starved")),
-        (TurnedOver(9, 0, 5, 7), LogLine("turnover", "#0 starts generation 5 from 7 offspring")),
-        (Fault(9, "no clock"), LogLine("fault", "#0: no clock", "ERROR")),
+        (Fault(9, "no clock"), LogLine("fault", "#0: no clock", "ERROR", 9)),
     ],
 )
 def test_events_of_a_robot_have_lines(event: RobotEvent, line: LogLine) -> None:
-    """A mating names the partner, whichever of the two proposed it."""
+    """With the tick at which they happened."""
     assert line_of(event) == line
 
 
@@ -89,10 +92,12 @@ def test_outcomes_of_encounters_have_lines() -> None:
 def test_an_empty_reason_is_left_out() -> None:
     """Without empty brackets."""
     line = line_of(EncounterOutcome(9, "refused", IDS[1], None, ""))
-    assert line == LogLine("encounter", "#0: mating with #1: refused")
+    assert line == LogLine("encounter", "#0: mating with #1: refused", tick=9)
 
 
-@pytest.mark.parametrize("event", [met(1), born(agent(0, 1)), lived(agent(0, 1))])
+@pytest.mark.parametrize(
+    "event", [met(1), born(agent(0, 1)), lived(agent(0, 1)), mated(0, 1, conceived=True)]
+)
 def test_frequent_events_have_no_line(event: RobotEvent) -> None:
-    """Meetings, births and lifetimes."""
+    """Meetings, births and lifetimes; a mating has one by the reports of both robots together."""
     assert line_of(event) is None

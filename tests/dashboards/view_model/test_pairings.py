@@ -73,7 +73,8 @@ class TestPairings:
         telemetry.events(0, lived(agent(0, 0)))
         telemetry.offline(0)
         telemetry.advance_s(60.0)
-        ((_, generation),) = telemetry.view.pop_ended_generations(telemetry.at_s)
+        telemetry.view.update_generations(telemetry.at_s)
+        (generation,) = telemetry.view.colonies["blue"].history.rows
         assert generation.conceptions.mean == 3.0
 
     def test_they_are_dropped_when_the_clock_is_set_back_too(

@@ -99,6 +99,15 @@ class PlainRobot:
             self.refractory_left[m] = max(self.refractory_left[m] - 1, 0)
         if observation[module.target] == 0.0 or self.refractory_left[m] > 0:
             return False
+        red, green, blue = observation[module.target + contract.COLOUR :][:3]
+        if module.name == "mating" and self.learning.visible_mates == "lit":
+            is_regarded = bool(red + green + blue >= 0.5)
+        elif module.name == "mating" and self.learning.visible_mates == "ready":
+            is_regarded = bool(red >= 0.5)
+        else:
+            is_regarded = True
+        if not is_regarded:
+            return False
         self.sides[m] = int(observation[module.target + contract.BEARING] < 0.0)
         return True
 
@@ -164,7 +173,7 @@ class PlainRobot:
         speed, turn = self.moves[self.chosen]
         action[contract.WHEEL_LEFT] = speed - 0.5 * self.rodent.track_m * turn
         action[contract.WHEEL_RIGHT] = speed + 0.5 * self.rodent.track_m * turn
-        action[contract.JAW] = 1.0
+        action[contract.JAW] = float(module.name in self.learning.jaw_modules)
         action[contract.LED : contract.LED + 3] = module.lamp
         action[contract.BEACON] = float(module.beacon and self.refractory_left[self.module] == 0)
         action[contract.TTL] = self.learning.action_ttl_s

@@ -9,7 +9,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
-from crcolony.results.generation_table import read_table
+from crcolony.results.generation_table import read_table, write_table
 from crcolony.results.plots import draw_plots
 from crcolony.results.plots.conditions import PlotError, read_conditions
 from crcolony.results.plots.figures import (
@@ -63,38 +63,59 @@ def test_one_run_has_lines_without_bands_and_the_spread_over_its_agents(comparis
     rows = read_table(folder / "generations.csv")
     assert heights(generations.axes[0]) == [float(row["matings"]) for row in rows]
     assert not bands_in(generations.axes[0])
-    assert [len(bands_in(axes)) for axes in meta.axes] == 10 * [2]
+    # the τ at the end of a life is no gene: there is no neutral one beside it
+    assert [len(bands_in(axes)) for axes in meta.axes] == 2 * [3, 3, 3, 3, 3, 2]
     assert legend_of(generations) == ["", "1 run, seed 2"]
     assert "the middle 50 % and 90 %" in legend_of(meta)[0]
+    assert legend_of(meta)[0].endswith("\nGrey: where 90 % of neutral genes would lie")
 
 
 def test_a_comparison_has_all_conditions_in_every_axes(figures: dict[str, Figure]) -> None:
     """Each figure by generation has a line and a band for both, and a legend; axes have titles."""
-    assert list(figures) == ["matings", "generations", "meta_parameters", "potentials"]
-    for figure in [figures[name] for name in figures if name != "potentials"]:
-        for axes in figure.axes:
-            assert (len(axes.lines), len(bands_in(axes))) == (2, 2)
+    assert list(figures) == ["matings", "runs", "generations", "meta_parameters", "potentials"]
+    for name in ("matings", "generations", "meta_parameters"):
+        figure = figures[name]
+        for k, axes in enumerate(figure.axes):
+            neutral = name == "meta_parameters" and k % 6 < 5
+            assert (len(axes.lines), len(bands_in(axes))) == (2, 2 + neutral)
         title, *labels = legend_of(figure)
         assert "Means over runs with 95 % intervals (Student's t)" in title
         assert labels == ["implicit (3 runs)", "central (3 runs)"]
     titles = [axes.get_title(loc="left") for axes in figures["generations"].axes]
     assert titles == [
         "Matings per agent",
+        "… weighted by energy",
         "Conceptions per agent",
+        "Share of mating steps",
         "Batteries captured per agent",
         "Mean energy while alive",
         "Share of agents that starved",
         "Steps lived per agent",
     ]
     meta = figures["meta_parameters"].axes
-    assert [axes.get_title(loc="left") for axes in meta[:5]] == [
+    assert [axes.get_title(loc="left") for axes in meta[:6]] == [
         "α",
         "γ",
         "λ",
         "τ",
         "decay of τ",
+        "last τ of a life",
     ]
-    assert [meta[0].get_ylabel(), meta[5].get_ylabel()] == ["foraging", "mating"]
+    assert [meta[0].get_ylabel(), meta[6].get_ylabel()] == ["foraging", "mating"]
+
+
+def test_what_a_history_does_not_hold_is_left_out(copy: Path) -> None:
+    """The table of robots in their own processes has no share of mating steps, and no τ at the end of a life."""
+    folder = copy / "implicit" / "seed-1"
+    table = folder / "generations.csv"
+    rows = [
+        {name: row[name] for name in row if name != "mating_share" and "effective" not in name}
+        for row in read_table(table)
+    ]
+    write_table(table, rows)
+    generations, meta = drawn([folder]), drawn([folder], draw_meta_parameters)
+    assert len(generations.axes) == 7
+    assert len(meta.axes) == 10
 
 
 def test_what_is_drawn_is_the_mean_and_the_interval_of_the_tables(
@@ -114,7 +135,7 @@ def test_what_is_drawn_is_the_mean_and_the_interval_of_the_tables(
         mean = values.mean(axis=0)
         high = mean + T_OF_3 * values.std(axis=0, ddof=1) / np.sqrt(3.0)
         assert heights(axes) == pytest.approx(mean)
-        corners = np.asarray(bands_in(axes)[0].get_paths()[0].vertices)
+        corners = np.asarray(bands_in(axes)[-2].get_paths()[0].vertices)
         assert max(corners[:, 1]) == pytest.approx(high.max(), rel=1e-5)
 
 
@@ -153,6 +174,7 @@ def test_figures_are_as_wide_as_a_column_or_two(figures: dict[str, Figure]) -> N
     """Lines differ in colour and in dashes."""
     assert {name: figure.get_figwidth() for name, figure in figures.items()} == {
         "matings": COLUMN_IN,
+        "runs": PAGE_IN,
         "generations": PAGE_IN,
         "meta_parameters": PAGE_IN,
         "potentials": COLUMN_IN,

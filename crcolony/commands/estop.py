@@ -1,0 +1,65 @@
+"""`crcolony estop`: stop all bodies at once, attached and simulated, and release them again."""
+
+import argparse
+import re
+from typing import TYPE_CHECKING
+
+from crcolony.commands.network_options import NAME_RULE, add_network, network_of
+from crcolony.commands.options import UsageError, add_examples
+from crcolony.errors import EXIT_NOT_CONFIRMED, EXIT_OK
+
+if TYPE_CHECKING:
+    from crcolony.runtime.emergency_stop import StopResult
+
+
+def add_estop(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `crcolony estop`."""
+    parser.add_argument(
+        "--arena",
+        default="*",
+        metavar="NAME",
+        help=f"of one arena or bridge; default: all ({NAME_RULE})",
+    )
+    parser.add_argument(
+        "--clear", type=int, metavar="LATCH", help="release the bodies of the stop with this number"
+    )
+    add_network(parser)
+    parser.set_defaults(command=_estop)
+    add_examples(
+        parser,
+        ("crcolony estop", "every body of the network stands still, and stays so"),
+        ("crcolony estop --clear 81723", "release them; the number is what estop has printed"),
+    )
+
+
+def _estop(options: argparse.Namespace) -> int:
+    from crcolony.runtime.emergency_stop import stop_robots
+
+    if options.arena != "*" and not re.fullmatch(r"[A-Za-z0-9_.-]{1,64}", options.arena):
+        raise UsageError(f"--arena {options.arena!r}: {NAME_RULE}")
+    if options.clear is not None and not 0 < options.clear < 2**62:
+        raise UsageError(f"--clear {options.clear}: expected the number that estop has printed")
+    result = stop_robots(network_of(options), options.arena, options.clear)
+    for line in _lines(result, "stopped" if options.clear is None else "released"):
+        print(line)
+    robots = [robot for reply in result.replies for robot in reply.robots]
+    is_complete = robots and all(robot.confirmed for robot in robots) and not result.silent
+    return EXIT_OK if is_complete else EXIT_NOT_CONFIRMED
+
+
+def _lines(result: "StopResult", done: str) -> list[str]:
+    robots = [robot for reply in result.replies for robot in reply.robots]
+    if not result.replies and not result.silent:
+        return ["no arena and no bridge is there: nothing to stop"]
+    confirmed = sum(robot.count for robot in robots if robot.confirmed)
+    total = sum(robot.count for robot in robots)
+    lines = [f"{confirmed} of {total} bodies {done}, confirmed within {result.took_s:.2f} s"]
+    lines += [
+        f"NOT {done}: {robot.name} of {reply.arena}: {robot.trouble}"
+        for reply in result.replies
+        for robot in reply.robots
+        if not robot.confirmed
+    ]
+    lines += [f"NO ANSWER from {name}: its bodies may move" for name in sorted(result.silent)]
+    latches = sorted({reply.latch for reply in result.replies if reply.latch})
+    return lines + [f"to release: crcolony estop --clear {latch}" for latch in latches]

@@ -1,0 +1,60 @@
+"""Stands in on the network for robots that are met by infrared and are on no network with us.
+
+Envelopes for such a robot are delivered here, to be sent by infrared, and those that it has sent are put to the
+network.
+"""
+
+from typing import Any
+
+import zenoh
+
+from crcolony.protocol.codec import MAX_ENVELOPE_BYTES
+from crcolony.protocol.identity import RobotId
+from crcolony.protocol.key_expressions import ColonyKeys
+from crcolony.transport.interface import Deliver, EnvelopeReceived
+from crcolony.transport.zenoh_samples import callback, payload_bytes
+
+_STAND_IN = 0
+"""Incarnation of a token of ours: older than every incarnation of the robot itself."""
+
+
+class EnvelopeRelay:
+    """Declares robots in their stead, and carries their envelopes."""
+
+    def __init__(self, session: zenoh.Session, deliver: Deliver) -> None:
+        self._session, self._deliver = session, deliver
+        self._declared: dict[RobotId, list[Any]] = {}
+        self.name = str(session.zid())
+        """The session in our tokens"""
+
+    def __contains__(self, robot: RobotId) -> bool:
+        return robot in self._declared
+
+    def open(self, colony: str, robot: RobotId) -> None:
+        """Stand in for a robot, if we do not yet."""
+        if robot in self._declared:
+            return
+        keys = ColonyKeys(colony)
+
+        def on_envelope(sample: zenoh.Sample) -> None:
+            data = payload_bytes(sample.payload, MAX_ENVELOPE_BYTES)
+            self._deliver(EnvelopeReceived(robot, data))
+
+        self._declared[robot] = [
+            self._session.declare_subscriber(keys.inbox(robot), callback(on_envelope)),
+            self._session.liveliness().declare_token(keys.alive(robot, _STAND_IN, self.name)),
+        ]
+
+    def close(self, robot: RobotId) -> None:
+        """Stand in for it no more."""
+        for entity in reversed(self._declared.pop(robot, [])):
+            entity.undeclare()
+
+    def put(self, colony: str, robot: RobotId, envelope: bytes) -> None:
+        """Put an envelope that was received by infrared into the inbox of the robot it is for."""
+        self._session.put(
+            ColonyKeys(colony).inbox(robot),
+            envelope,
+            congestion_control=zenoh.CongestionControl.DROP,
+            express=True,
+        )

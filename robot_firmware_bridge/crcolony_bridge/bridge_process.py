@@ -1,0 +1,98 @@
+"""The process of a bridge: every control period it publishes what attached robots measure, and it forwards actions.
+
+Where two robots meet that no network connects, the envelopes of their mating go by infrared: the bridge of each stands
+in for the other one.
+"""
+
+import time
+from collections.abc import Callable
+
+from crcolony.body_server.body_server import BodyServer
+from crcolony.protocol.identity import RobotId
+from crcolony.runtime.real_time_loop import run_in_real_time
+from crcolony.transport.inbox import Inbox
+from crcolony.transport.interface import (
+    EnvelopeReceived,
+    InboundEvent,
+    RobotOffline,
+    RobotOnline,
+)
+from crcolony.transport.zenoh_arena import ArenaTransport
+from crcolony.transport.zenoh_relay import EnvelopeRelay
+from crcolony_bridge.attached_bodies import AttachedBodies
+from crcolony_bridge.infrared.relay import AbsentRobots, parties_of
+
+_REMOVAL_PERIOD_S = 0.5
+"""How often the bodies of absent robots are removed."""
+_MAX_MET = 100
+"""Robots whose colony is remembered; infrared may bring any number of ids."""
+
+
+class BridgeProcess:
+    """Serves attached robots under an arena's keys; `name` is that arena's name."""
+
+    def __init__(
+        self,
+        bodies: AttachedBodies,
+        name: str,
+        transport: ArenaTransport,
+        relay: EnvelopeRelay,
+        inbox: Inbox,
+        print_line: Callable[[str], None],
+    ) -> None:
+        self._bodies, self._transport, self._inbox = bodies, transport, inbox
+        self._server = BodyServer(bodies, transport.remove_robot, print_line, name)
+        self._relay = relay
+        self._absent = AbsentRobots(self._server.online)
+        self._colonies: dict[RobotId, str] = {}
+        """The colony of every robot that we stand in for, or may"""
+        self._removal_due_s = 0.0
+
+    def run(self, is_stopped: Callable[[], bool], period_s: float) -> None:
+        """Run until stopped."""
+        run_in_real_time(self, self._inbox, period_s, is_stopped)
+
+    def handle_event(self, event: InboundEvent) -> None:
+        """Handle an inbound event."""
+        match event:
+            case RobotOnline(session=session) | RobotOffline(session=session) if (
+                session == self._relay.name
+            ):
+                pass  # a token of our own
+            case EnvelopeReceived(envelope=envelope):
+                parties = parties_of(envelope)
+                if parties is not None:
+                    now_s = time.monotonic()
+                    self._bodies.send_by_infrared(now_s, parties.sender, envelope)
+            case _:
+                self._server.handle_event(time.monotonic(), event)
+
+    def handle_timers(self, now_s: float) -> None:
+        """Remove absent robots when that is due."""
+        if now_s >= self._removal_due_s:
+            self._removal_due_s = now_s + _REMOVAL_PERIOD_S
+            self._server.remove_absent(now_s)
+
+    def step(self) -> None:
+        """Begin a control period, and publish the observations of bodies that have measured something."""
+        now_s = time.monotonic()
+        for robot in self._bodies.step(now_s):
+            self._transport.publish_observation(robot, self._bodies.observation(robot))
+        for receiver, message in self._bodies.received:
+            colony = self._colonies[message.robot] = self._bodies.colony_of(receiver)
+            self._absent.receive(now_s, message.robot)
+            if message.envelope and parties_of(message.envelope) == (message.robot, receiver):
+                self._relay.put(colony, receiver, message.envelope)
+        self._stand_in(now_s)
+
+    def _stand_in(self, now_s: float) -> None:
+        """Stand in for the robots that are met and absent, and for no others."""
+        absent = self._absent.update(now_s, self._bodies.robots.__contains__)
+        for robot in list(self._colonies):
+            if robot in absent:
+                self._relay.open(self._colonies[robot], robot)
+            elif robot in self._relay:
+                self._relay.close(robot)
+                del self._colonies[robot]
+        if len(self._colonies) > _MAX_MET:
+            self._colonies = {r: c for r, c in self._colonies.items() if r in absent}

@@ -1,0 +1,1 @@
+"""Robots whose controller runs MicroPython: a script is uploaded that speaks as the reference firmware does."""

@@ -1,0 +1,1 @@
+"""Robots with the reference firmware (`firmware/`) on a serial line."""

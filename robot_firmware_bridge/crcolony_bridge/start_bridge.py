@@ -1,0 +1,90 @@
+"""From options to the running process of a bridge."""
+
+import contextlib
+import secrets
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from crcolony.runtime.console import print_line
+from crcolony.runtime.stop_server import StopServer
+from crcolony.shutdown import ShutdownSignal
+from crcolony.transport.inbox import Inbox
+from crcolony.transport.wait_for_network import open_connection
+from crcolony.transport.zenoh_arena import ArenaTransport
+from crcolony.transport.zenoh_relay import EnvelopeRelay
+from crcolony.transport.zenoh_session import NetworkSettings
+from crcolony.transport.zenoh_stop import answering_stops
+from crcolony_bridge.attached_bodies import AttachedBodies
+from crcolony_bridge.attached_robot import AttachedRobot
+from crcolony_bridge.bridge_process import BridgeProcess
+from crcolony_bridge.calibrated_driver import CalibratedDriver
+from crcolony_bridge.driver_registry import make_driver
+from crcolony_bridge.errors import DeviceError
+
+
+@dataclass(frozen=True)
+class BridgeOptions:
+    """What a bridge serves, and how."""
+
+    robots: tuple[str, ...]
+    """Each as DRIVER@ADDRESS"""
+    name: str
+    """The name of the arena for its robots"""
+    period_s: float
+    """The control period"""
+    energy_per_charge: float
+    """See `ChargeMeter`"""
+    calibrations: Path
+    """The folder with what was measured of each robot"""
+    needs_watchdog: bool = True
+    """Whether a robot is refused whose wheels turn on when this machine dies"""
+
+
+def run_bridge(options: BridgeOptions, network: NetworkSettings) -> None:
+    """Serve attached robots until stopped. Raises DeviceError, and NetworkError, for what a person has to mend."""
+    inbox = Inbox()
+    stop = ShutdownSignal(wake=inbox.wake)
+    name, period_s = options.name, options.period_s
+    attached = [
+        AttachedRobot(robot, CalibratedDriver(make_driver(robot), options.calibrations), print_line)
+        for robot in options.robots
+    ]
+    with contextlib.ExitStack() as opened:
+        for robot in attached:
+            opened.callback(robot.close)
+            robot.open()
+            _check(robot, attached, options)
+        connection = opened.enter_context(open_connection(network, stop, print_line))
+        if connection is None:
+            return
+        bridge_run = secrets.randbelow(2**62)
+        bodies = AttachedBodies(
+            attached, bridge_run, period_s, energy_per_charge=options.energy_per_charge
+        )
+        transport = ArenaTransport(connection.session, name, bridge_run, inbox.deliver)
+        stopping = StopServer(attached, name, print_line)
+        opened.enter_context(answering_stops(connection.session, name, stopping.answer))
+        for robot in attached:
+            robot.start()
+        print_line(
+            f"bridge {name} with {len(attached)} robots, {1.0 / period_s:.3g} periods a second"
+        )
+        relay = EnvelopeRelay(connection.session, inbox.deliver)
+        process = BridgeProcess(bodies, name, transport, relay, inbox, print_line)
+        process.run(stop, period_s)
+        print_line(f"stopped at tick {bodies.tick}")
+
+
+def _check(robot: AttachedRobot, attached: Sequence[AttachedRobot], options: BridgeOptions) -> None:
+    """Raise DeviceError for a robot that is connected and should not be driven."""
+    described = robot.driver.description
+    if robot.is_connected and options.needs_watchdog and described.watchdog == "none":
+        raise DeviceError(
+            f"{robot.name}: nothing stops its wheels when this machine dies; if it can do no harm: --without-watchdog"
+        )
+    for other in attached:
+        if other is robot or not (robot.is_connected and other.is_connected):
+            continue
+        if described.is_uid_unique and other.driver.description.uid == described.uid:
+            raise DeviceError(f"{other.name} and {robot.name}: both have the uid {described.uid}")

@@ -1,0 +1,215 @@
+"""What a bridge costs, and how fast it is: with the reference firmware on an emulated controller.
+
+Run with `make bench`, or `python -m tests.benchmarks.bench_bridge`. Round trips are measured in turns: a PING of bare
+bytes on the serial line, the same PING through the driver's session, and an action over Zenoh until the emulated motors
+turn. Then the jitter of observations, the CPU time and memory of the bridge's process, and how long a genotype takes by
+infrared, by its size and by the share of lost bytes.
+"""
+
+import contextlib
+import os
+import random
+import statistics
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import psutil
+from crcolony_bridge.infrared.ir_messages import seal
+from crcolony_bridge.link import open_link
+from crcolony_bridge.reference_firmware import messages
+from crcolony_bridge.reference_firmware.driver import BAUD, SerialFirmware
+from crcolony_bridge.reference_firmware.frames import FrameReader, encode_frame
+from crcolony_bridge.reference_firmware.messages import MessageType
+from crcolony_bridge.reference_firmware.session import FirmwareSession
+from zenoh.handlers import Callback
+
+from crcolony.body import contract
+from crcolony.protocol.body_messages import (
+    Action,
+    BodyGranted,
+    Join,
+    decode_join_reply,
+    decode_observation,
+    pack_row,
+)
+from crcolony.protocol.codec import encode
+from crcolony.protocol.key_expressions import ArenaKeys
+from crcolony.transport.zenoh_session import NetworkSettings, Session, open_session
+from tests.robot_firmware_bridge.emulated_robot import AvrRobot
+from tests.robot_firmware_bridge.ir_air import IrAir
+from tests.support.process_colony import Colony, colony
+
+TURNS = 200
+HZ, MEASURED_S = 50.0, 10.0
+ROBOT = bytes(range(16))
+SIZES = (33, 382, 640)
+"""Bytes: a beacon alone, a Pogobot's frame, an envelope with a default genotype"""
+LOSSES = (0.0, 0.01, 0.03)
+MIB = 2**20
+
+
+def main() -> None:
+    """Measure all, and print the figures."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        with contextlib.ExitStack() as opened:
+            robot = AvrRobot(folder, "alone")
+            opened.callback(robot.switch_off)
+            bare_ms, session_ms = measure_link(robot)
+        print(f"PING on the bare serial line      {bare_ms:6.2f} ms")
+        print(
+            f"the same through the driver       {session_ms:6.2f} ms ({session_ms / bare_ms:.2f} times)"
+        )
+        with colony(folder) as made:
+            measure_bridge(made, folder)
+        for size in SIZES:
+            for loss in LOSSES:
+                seconds = measure_infrared(folder, size, loss)
+                print(
+                    f"{size} bytes by infrared, {loss:.0%} of bytes lost: {seconds:.2f} s (median of 5)"
+                )
+
+
+def measure_link(robot: AvrRobot) -> tuple[float, float]:
+    """Return the median round trip of a PING, bare and through the driver's session (ms)."""
+    link = open_link(str(robot.host_link), BAUD)
+    session = FirmwareSession(link, "robot")
+    reader = FrameReader()
+    bare, through = [], []
+
+    def ping_bare(seq: int) -> None:
+        link.write(encode_frame(messages.ping(0, seq)))
+        while not any(frame.seq == seq for frame in reader.feed(link.read(1.0))):
+            pass
+
+    def ping_through() -> None:
+        assert session.request(lambda seq: messages.ping(0, seq), MessageType.PONG) is not None
+
+    for turn in range(TURNS):
+        bare.append(timed_ms(lambda turn=turn: ping_bare(40_000 + turn)))  # type: ignore[misc]
+        through.append(timed_ms(ping_through))
+    link.close()
+    return statistics.median(bare), statistics.median(through)
+
+
+def timed_ms(work: Callable[[], None]) -> float:
+    """Return how long a call takes (ms)."""
+    began_s = time.perf_counter()
+    work()
+    return 1000.0 * (time.perf_counter() - began_s)
+
+
+class RobotOfZenoh:
+    """The least that can have a body: it joins, notes when observations arrive, and sends actions."""
+
+    def __init__(self, session: Session, arena: str) -> None:
+        keys = ArenaKeys(arena)
+        self.arrivals_s: list[float] = []
+        self.tick = 0
+        self._subscriber = session.declare_subscriber(
+            keys.observation(ROBOT), Callback(self._on_observation, indirect=False)
+        )
+        self._publisher = session.declare_publisher(keys.action(ROBOT), express=True)
+        for reply in session.get(keys.join, payload=encode(Join(ROBOT, "bench", -1))):
+            assert reply.ok is not None
+            assert isinstance(decode_join_reply(reply.ok.payload.to_bytes()), BodyGranted)
+
+    def _on_observation(self, sample: object) -> None:
+        self.arrivals_s.append(time.perf_counter())
+        self.tick = decode_observation(sample.payload.to_bytes()).tick  # type: ignore[attr-defined]
+
+    def act(self, speed_m_s: float) -> None:
+        """Answer the last observation."""
+        row = np.zeros(contract.ACTION_WIDTH)
+        row[[contract.WHEEL_LEFT, contract.WHEEL_RIGHT]] = speed_m_s
+        row[contract.TTL] = 0.3
+        self._publisher.put(encode(Action(self.tick, pack_row(row))))
+
+
+def measure_bridge(made: Colony, folder: Path) -> None:
+    """Print the round trip, jitter, CPU time and memory of a bridge with one robot at 50 Hz."""
+    robot = AvrRobot(folder, "bridged")
+    try:
+        named = ("--robot", f"firmware@{robot.host_link}", "--hz", f"{HZ:g}")
+        bridge = made.start("bridge", "bridge", *named, "--listen", made.endpoint)
+        bridge.wait_for("bridge bridge with")
+        with open_session(NetworkSettings(connect=(made.endpoint,))) as session:
+            body = RobotOfZenoh(session, "bridge")
+            delays = [reaction_ms(body, robot, 0.1 + 0.001 * turn) for turn in range(TURNS // 4)]
+            process = psutil.Process(bridge.pid)
+            before, began_s, first = process.cpu_times(), time.perf_counter(), len(body.arrivals_s)
+            while time.perf_counter() - began_s < MEASURED_S:
+                body.act(0.1)
+                time.sleep(1.0 / HZ)
+            took_s, after = time.perf_counter() - began_s, process.cpu_times()
+            periods_ms = 1000.0 * np.diff(body.arrivals_s[first:])
+        cpu = (after.user + after.system - before.user - before.system) / took_s
+        median, late = np.quantile(periods_ms, (0.5, 0.99))
+        print(f"an action over Zenoh until wheels turn {statistics.median(delays):.1f} ms (median)")
+        print(f"observations at {HZ:g} Hz: every {median:.2f} ms, 99 % within {late:.2f} ms")
+        print(
+            f"the bridge's process: {cpu:.1%} of a core, {process.memory_info().rss / MIB:.0f} MiB"
+        )
+    finally:
+        robot.switch_off()
+
+
+def reaction_ms(body: RobotOfZenoh, robot: AvrRobot, speed_m_s: float) -> float:
+    """Return how long an action takes until the motors' pins change (ms)."""
+    seen, arrived = len(robot.lines), len(body.arrivals_s)
+    while len(body.arrivals_s) == arrived:
+        time.sleep(0.001)
+    mm_s = round(1000 * speed_m_s)
+    began_s = time.perf_counter()
+    body.act(speed_m_s)
+    robot.wait_for(f"wheels {mm_s} {mm_s}", since=seen)
+    return 1000.0 * (time.perf_counter() - began_s)
+
+
+class LossyAir(IrAir):
+    """Loses bytes at random."""
+
+    def __init__(self, links: list[Path], loss: float) -> None:
+        self._loss, self._random = loss, random.Random(1)
+        super().__init__(links)
+
+    def _through(self, data: bytes) -> bytes:
+        return bytes(byte for byte in data if self._random.random() >= self._loss)
+
+
+def measure_infrared(folder: Path, size: int, loss: float) -> float:
+    """Return how long a message of this size takes from one robot to another (s, median of five)."""
+    robots = [AvrRobot(folder, f"ir-{k}", k + 1) for k in range(2)]
+    air = LossyAir([robot.ir_link for robot in robots], loss)
+    drivers = [SerialFirmware(str(robot.host_link)) for robot in robots]
+    took = []
+    try:
+        for driver in drivers:
+            driver.open()
+        beacon = np.zeros(contract.ACTION_WIDTH)
+        beacon[contract.BEACON], beacon[contract.TTL] = 1.0, 0.5
+        for _ in range(5):
+            message = os.urandom(size - len(seal(b"")))
+            began_s = time.perf_counter()
+            assert drivers[0].send_ir(message)
+            while True:
+                drivers[0].write(beacon)
+                drivers[0].read(0.0)
+                reading = drivers[1].read(0.02)
+                if reading is not None and message in reading.ir_messages:
+                    break
+            took.append(time.perf_counter() - began_s)
+    finally:
+        for driver in drivers:
+            driver.close()
+        air.close()
+        for robot in robots:
+            robot.switch_off()
+    return statistics.median(took)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,139 @@
+"""Attached robots are bodies like those of an arena: joined, observed, driven, met, and given back."""
+
+from collections.abc import Iterator
+
+import msgspec
+import numpy as np
+import pytest
+from crcolony_bridge.attached_bodies import AttachedBodies, body_settings
+from crcolony_bridge.attached_robot import AttachedRobot
+from crcolony_bridge.driver import DriverState, RobotDescription
+
+from crcolony.body import contract
+from crcolony.body.settings import CyberRodent
+from crcolony.protocol.body_messages import (
+    Action,
+    BodyDenied,
+    BodyGranted,
+    Join,
+    Observation,
+    decode_observation,
+    pack_row,
+    unpack_row,
+)
+from tests.robot_firmware_bridge.fake_driver import FakeDriver, reading
+from tests.support.process import wait_until
+
+IDS = [bytes([k]) * 16 for k in range(1, 5)]
+
+
+class Setup:
+    """Two attached robots as bodies."""
+
+    def __init__(self) -> None:
+        self.drivers = [FakeDriver(), FakeDriver()]
+        self.lines: list[str] = []
+        self.robots = [
+            AttachedRobot(f"robot{k}", driver, self.lines.append)
+            for k, driver in enumerate(self.drivers)
+        ]
+        for robot in self.robots:
+            robot.open()
+            robot.start()
+        self.bodies = AttachedBodies(self.robots, 7, 0.1, energy_per_charge=0.5)
+        self.now_s = 0.0
+
+    def join(self, k: int) -> BodyGranted | BodyDenied:
+        """Let robot k ask for a body."""
+        return self.bodies.join(Join(IDS[k], "test", -1))
+
+    def step(self, *heard: tuple[int, bytes], battery: float = 0.5) -> list[Observation]:
+        """Let all robots measure and a control period pass; return the observations."""
+        for slot, driver in enumerate(self.drivers):
+            messages = [message for at, message in heard if at == slot]
+            driver.readings.put(reading(battery, *messages))
+            wait_until(lambda slot=slot: self.robots[slot]._reading is not None, "a reading")  # type: ignore[misc]
+        self.now_s += 0.1
+        observed = self.bodies.step(self.now_s)
+        return [decode_observation(self.bodies.observation(robot)) for robot in observed]
+
+
+@pytest.fixture
+def setup() -> Iterator[Setup]:
+    """Two robots that are plugged in."""
+    made = Setup()
+    yield made
+    for robot in made.robots:
+        robot.close()
+
+
+def test_a_robot_joins_observes_and_drives(setup: Setup) -> None:
+    """And the body stands still when it leaves."""
+    granted = setup.join(0)
+    assert isinstance(granted, BodyGranted)
+    assert granted.slot == 0
+    assert not granted.lockstep
+    body = msgspec.json.decode(granted.body, type=CyberRodent)
+    assert body.track_m == setup.drivers[0].description.track_m
+    (observation,) = setup.step()
+    row = np.zeros(contract.ACTION_WIDTH)
+    row[[contract.WHEEL_LEFT, contract.TTL]] = 0.1, 0.3
+    assert setup.bodies.apply_action(IDS[0], Action(observation.tick, pack_row(row)))
+    wait_until(lambda: setup.drivers[0].written, "it drives")
+    assert not setup.bodies.apply_action(IDS[0], Action(observation.tick, pack_row(row)))
+    assert setup.bodies.counts == {"stale": 1}
+    setup.bodies.leave(IDS[0])
+    wait_until(lambda: setup.drivers[0].state is DriverState.INACTIVE, "it stands still")
+
+
+def test_there_are_as_many_bodies_as_robots_that_are_there(setup: Setup) -> None:
+    """The reason is said to who gets none."""
+    setup.drivers[0].lose()
+    wait_until(lambda: not setup.robots[0].is_connected, "it is lost")
+    granted = setup.join(0)
+    assert isinstance(granted, BodyGranted)
+    assert granted.slot == 1
+    denied = setup.join(1)
+    assert isinstance(denied, BodyDenied)
+    assert "robot0 not connected" in denied.reason
+
+
+def test_a_robot_that_is_silent_has_no_observations(setup: Setup) -> None:
+    """Its virtual agents live on when it returns: time without a body is no lifetime."""
+    setup.join(0)
+    assert len(setup.step()) == 1
+    assert setup.bodies.step(1.0) == []
+
+
+def test_charging_feeds_the_robot(setup: Setup) -> None:
+    """By the energy that a full charge is worth."""
+    setup.join(0)
+    setup.step(battery=0.2)
+    (observation,) = setup.step(battery=0.6)
+    assert unpack_row(observation.row)[contract.CHARGE] == pytest.approx(0.2)
+
+
+def test_two_robots_that_hear_each_other_have_the_same_contact(setup: Setup) -> None:
+    """Each message is what the other's beacon was told to repeat."""
+    setup.join(0)
+    setup.join(1)
+    contacts = {}
+    for _ in range(6):
+        said = [driver.beacons[-1:] for driver in setup.drivers]
+        heard = [(1 - k, message) for k in (0, 1) for message in said[k]]
+        for slot, observation in enumerate(setup.step(*heard)):
+            if observation.contact is not None:
+                contacts[slot] = observation.contact
+                assert unpack_row(observation.row)[contract.ENCOUNTER] == 1.0
+    assert contacts[0].robot == IDS[1]
+    assert contacts[1].robot == IDS[0]
+    assert contacts[0].nonce == contacts[1].nonce
+
+
+def test_a_body_is_described_by_its_robot() -> None:
+    """What a robot senses is what it has sensors for."""
+    plain = body_settings(RobotDescription("plain", track_m=0.05, radius_m=0.03))
+    assert not plain.infrared
+    assert plain.radius_m == 0.03
+    seeing = RobotDescription("seeing", proximity_bearings_rad=(0.0,), proximity_range_m=0.05)
+    assert body_settings(seeing).proximity_range_m == 0.05

@@ -52,7 +52,7 @@ class AttachedBodies(BodySlots):
             robot = self.occupant(slot)
             if robot is None:
                 continue
-            if reading is not None:
+            if reading is not None and not attached.is_exhausted:
                 self._rows[slot] = reading.row
                 self._rows[slot, contract.CHARGE] = self._meters[slot].update(
                     float(reading.row[contract.BATTERY])
@@ -79,6 +79,8 @@ class AttachedBodies(BodySlots):
         beacon = self._beacons[slot]
         if beacon is None or beacon.robot != robot:
             beacon = self._beacons[slot] = Beacon(robot)
+        if not attached.may_meet:
+            beacon.is_ready = False  # whatever its robot wants
         messages = [message for message in map(decode_beacon, heard) if message is not None]
         self.received += [(robot, message) for message in messages]
         contacts = [contact for contact in map(beacon.receive, messages) if contact is not None]
@@ -91,12 +93,14 @@ class AttachedBodies(BodySlots):
     # Bodies -----------------------------------------------------------------------------------------------------------
 
     def _is_usable(self, slot: int) -> bool:
-        return self._attached[slot].is_connected
+        return not self._attached[slot].why_unusable()
 
     def _why_no_slot(self) -> str:
-        absent = [robot.name for robot in self._attached if not robot.is_connected]
-        if absent:
-            return f"no robot is free: {', '.join(absent)} not connected"[:200]
+        reasons = [
+            f"{robot.name} {why}" for robot in self._attached if (why := robot.why_unusable())
+        ]
+        if reasons:
+            return f"no robot is free: {', '.join(reasons)}"[:200]
         return super()._why_no_slot()
 
     def _embody(self, slot: int, colony: int) -> None:

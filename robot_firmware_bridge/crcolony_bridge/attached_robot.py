@@ -17,6 +17,8 @@ _OPEN_RETRY_S = 1.0
 _CLEAR_TIMEOUT_S = 1.0
 _MAX_IR_MESSAGES = 32
 """Infrared messages that wait for the next control period."""
+_LOW = "battery low: it meets nobody until it is charged"
+_EXHAUSTED = "battery critical: it stands still until it is charged"
 
 
 class AttachedRobot:
@@ -35,6 +37,8 @@ class AttachedRobot:
         self._beacon: bytes | None = None
         self._is_driven = self._is_held = False
         self._clearing: Future[bool] | None = None
+        self._battery = ""
+        """What is wrong with its battery"""
         self._is_closed = threading.Event()
         self._shown = ""
         self._thread = threading.Thread(target=self._run, name=f"robot {name}", daemon=True)
@@ -68,6 +72,16 @@ class AttachedRobot:
         return self._driver.state.is_connected
 
     @property
+    def may_meet(self) -> bool:
+        """Whether its battery is good enough to mate: offspring of a robot that fails could not live."""
+        return not self._battery
+
+    @property
+    def is_exhausted(self) -> bool:
+        """Whether its battery is critical: it stands still, and who lives in it rests until it is charged."""
+        return self._battery == _EXHAUSTED
+
+    @property
     def count(self) -> int:
         """How many bodies it is, for an emergency stop."""
         return 1
@@ -75,6 +89,12 @@ class AttachedRobot:
     def why_not(self) -> str:
         """Return why the robot is out of reach, "" if it is not."""
         return "" if self.is_connected else f"{self._driver.state.value}: {self._driver.trouble}"
+
+    def why_unusable(self) -> str:
+        """Return why it can be nobody's body at present, "" if it can."""
+        if not self.is_connected:
+            return "not connected"
+        return "battery critical" if self.is_exhausted else ""
 
     def hold(self) -> bool:
         """Stop at once, and stay so until `release`; return whether the robot has confirmed. For any thread."""
@@ -122,6 +142,8 @@ class AttachedRobot:
                 continue
             reading = self._driver.read(_READ_TIMEOUT_S)
             self._show_state()
+            if reading is not None:
+                self._follow_battery(reading)
             with self._mutex:
                 if reading is not None:
                     self._reading = reading
@@ -134,6 +156,15 @@ class AttachedRobot:
                 self._clear(clearing)
             self._write(action, beacon)
 
+    def _follow_battery(self, reading: Reading) -> None:
+        before, self._battery = self._battery, ""
+        if reading.is_battery_critical:
+            self._battery = _EXHAUSTED
+        elif reading.is_battery_low:
+            self._battery = _LOW
+        if self._battery != before:
+            self._print_line(f"{self.name}: {self._battery or 'battery charged'}")
+
     def _clear(self, clearing: "Future[bool]") -> None:
         is_cleared = self._driver.clear()
         with self._mutex:
@@ -142,7 +173,7 @@ class AttachedRobot:
 
     def _write(self, action: FloatArray | None, beacon: bytes | None) -> None:
         with self._mutex:
-            may_move = self._is_driven and not self._is_held
+            may_move = self._is_driven and not (self._is_held or self.is_exhausted)
         if not may_move:
             self._driver.deactivate()
             return

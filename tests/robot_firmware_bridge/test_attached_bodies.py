@@ -1,6 +1,7 @@
 """Attached robots are bodies like those of an arena: joined, observed, driven, met, and given back."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import msgspec
 import numpy as np
@@ -15,6 +16,7 @@ from crcolony.protocol.body_messages import (
     Action,
     BodyDenied,
     BodyGranted,
+    Contact,
     Join,
     Observation,
     decode_observation,
@@ -47,11 +49,23 @@ class Setup:
         """Let robot k ask for a body."""
         return self.bodies.join(Join(IDS[k], "test", -1))
 
-    def step(self, *heard: tuple[int, bytes], battery: float = 0.5) -> list[Observation]:
+    def step(
+        self,
+        *heard: tuple[int, bytes],
+        battery: float = 0.5,
+        is_low: bool = False,
+        is_critical: bool = False,
+    ) -> list[Observation]:
         """Let all robots measure and a control period pass; return the observations."""
         for slot, driver in enumerate(self.drivers):
             messages = [message for at, message in heard if at == slot]
-            driver.readings.put(reading(battery, *messages))
+            driver.readings.put(
+                replace(
+                    reading(battery, *messages),
+                    is_battery_low=is_low,
+                    is_battery_critical=is_critical,
+                )
+            )
             wait_until(lambda slot=slot: self.robots[slot]._reading is not None, "a reading")  # type: ignore[misc]
         self.now_s += 0.1
         observed = self.bodies.step(self.now_s)
@@ -113,18 +127,50 @@ def test_charging_feeds_the_robot(setup: Setup) -> None:
     assert unpack_row(observation.row)[contract.CHARGE] == pytest.approx(0.2)
 
 
-def test_two_robots_that_hear_each_other_have_the_same_contact(setup: Setup) -> None:
-    """Each message is what the other's beacon was told to repeat."""
-    setup.join(0)
-    setup.join(1)
+def face_each_other(setup: Setup, *, is_low: bool = False) -> dict[int, Contact]:
+    """Let both hear each other's beacons for six periods; return their last contacts."""
     contacts = {}
     for _ in range(6):
         said = [driver.beacons[-1:] for driver in setup.drivers]
         heard = [(1 - k, message) for k in (0, 1) for message in said[k]]
-        for slot, observation in enumerate(setup.step(*heard)):
+        for slot, observation in enumerate(setup.step(*heard, is_low=is_low)):
             if observation.contact is not None:
                 contacts[slot] = observation.contact
                 assert unpack_row(observation.row)[contract.ENCOUNTER] == 1.0
+    return contacts
+
+
+def test_a_robot_with_a_low_battery_meets_nobody(setup: Setup) -> None:
+    """Until it is charged."""
+    setup.join(0)
+    setup.join(1)
+    assert not face_each_other(setup, is_low=True)
+    for robot in IDS[:2]:  # a robot that acts again says that its beacon is on
+        row = np.zeros(contract.ACTION_WIDTH)
+        row[contract.BEACON] = 1.0
+        assert setup.bodies.apply_action(robot, Action(setup.bodies.tick, pack_row(row)))
+    assert len(face_each_other(setup)) == 2
+
+
+def test_who_lives_in_a_robot_with_a_critical_battery_rests_until_it_is_charged(
+    setup: Setup,
+) -> None:
+    """Without observations, in the same body; the charge is energy then, and nobody else gets the body."""
+    setup.join(0)
+    setup.step(battery=0.2)
+    assert setup.step(battery=0.1, is_critical=True) == []
+    denied = setup.join(1)
+    assert isinstance(denied, BodyDenied)
+    assert "robot1 battery critical" in denied.reason
+    (observation,) = setup.step(battery=0.6)
+    assert unpack_row(observation.row)[contract.CHARGE] == pytest.approx(0.2)
+
+
+def test_two_robots_that_hear_each_other_have_the_same_contact(setup: Setup) -> None:
+    """Each message is what the other's beacon was told to repeat."""
+    setup.join(0)
+    setup.join(1)
+    contacts = face_each_other(setup)
     assert contacts[0].robot == IDS[1]
     assert contacts[1].robot == IDS[0]
     assert contacts[0].nonce == contacts[1].nonce

@@ -1,6 +1,7 @@
 """A thread drives an attached robot: newest action, newest reading, and no motion without a driver or under a stop."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -93,6 +94,28 @@ def test_a_robot_that_is_lost_is_said_once_and_moves_again_for_a_new_action(setu
     setup.robot.act(forward())
     wait_until(lambda: setup.driver.written, "an action")
     assert setup.lines.count("desk: lost: fake: unplugged") == 1
+
+
+def test_a_robot_whose_battery_is_critical_stands_still_until_it_is_charged(setup: Setup) -> None:
+    """Whatever it is told; low is a warning, and each is said once."""
+    setup.robot.drive(True)
+    for is_low, is_critical in ((True, False), (True, False), (True, True)):
+        setup.driver.readings.put(
+            replace(reading(), is_battery_low=is_low, is_battery_critical=is_critical)
+        )
+    wait_until(lambda: setup.robot.is_exhausted, "the battery is critical")
+    assert [line for line in setup.lines if "battery low" in line] == [
+        "desk: battery low: it meets nobody until it is charged"
+    ]
+    setup.robot.act(forward())
+    setup.driver.readings.put(replace(reading(), is_battery_critical=True))
+    wait_until(setup.driver.readings.empty, "a reading")
+    assert not setup.driver.written
+    assert setup.robot.why_unusable() == "battery critical"
+    setup.driver.readings.put(reading())
+    wait_until(lambda: setup.lines[-1] == "desk: battery charged", "it is charged")
+    setup.robot.act(forward())
+    wait_until(lambda: setup.driver.written, "an action")
 
 
 def test_a_robot_that_is_not_plugged_in_is_waited_for() -> None:

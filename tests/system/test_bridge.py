@@ -130,6 +130,18 @@ def test_a_robot_that_is_unplugged_rests_and_comes_back(lab: Lab) -> None:
     lab.moves(0)
 
 
+def test_a_robot_with_a_critical_battery_rests_until_it_is_charged(lab: Lab) -> None:
+    """It stands still, its robot lives on when it is charged, and the other one does not notice."""
+    lab.moves(0)
+    lab.emulated[0].set_battery(6.1)
+    lab.bridge.wait_for("ttyACM0: battery critical: it stands still until it is charged")
+    lab.stops(0, FIRMWARE_STOPS_S + MARGIN_S)
+    lab.moves(1)
+    lab.emulated[0].set_battery(7.8)
+    lab.bridge.wait_for("ttyACM0: battery charged")
+    lab.moves(0)
+
+
 def test_an_emergency_stop_reaches_all_and_only_its_latch_releases_them(lab: Lab) -> None:
     """`crcolony estop` says how many have confirmed, and how to go on."""
     for k in range(2):

@@ -21,7 +21,7 @@ class WaitingForBody:
 
     def handle_denial(self, reason: str) -> None:
         """Handle that the arena has denied a body."""
-        self.reason = f"no body: arena {self._arena} is {reason}"
+        self.reason = f"no body from {self._arena}: {reason}"
 
     def handle_loss(self) -> str:
         """Handle that the arena is offline and the body lost; return the line to print."""

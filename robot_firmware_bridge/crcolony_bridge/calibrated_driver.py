@@ -14,6 +14,9 @@ from crcolony_bridge.driver import (
     limited_action,
 )
 
+_NOTHING = Calibration()
+"""Of a robot that nobody has calibrated"""
+
 
 class CalibratedDriver:
     """A `Driver` around another one; the calibration is read when the robot, and so its uid, is known."""
@@ -57,8 +60,8 @@ class CalibratedDriver:
     def read(self, timeout_s: float) -> Reading | None:
         """See `Driver`."""
         reading = self._driver.read(timeout_s)
-        if reading is None:
-            return None
+        if reading is None or self._calibration == _NOTHING:
+            return reading
         robot = self._driver.description
         row = self._calibration.observe(reading.row, robot, reading.battery_v)
         return dataclasses.replace(reading, row=row)

@@ -3,8 +3,10 @@
 import errno
 import grp
 import os
+import select
 import socket
 import stat
+import time
 from contextlib import suppress
 from pathlib import Path
 from typing import Protocol
@@ -15,6 +17,8 @@ from crcolony_bridge.errors import DeviceError, DeviceLostError
 
 _CONNECT_TIMEOUT_S = 2.0
 _READ_BYTES = 4096
+_GATHER_S = 0.001
+"""A serial line brings a frame byte by byte: those that follow the first one are read together, not each for itself."""
 
 
 class Link(Protocol):
@@ -79,11 +83,16 @@ class SerialLink:
     def read(self, timeout_s: float) -> bytes:
         """Wait for bytes; see `Link`."""
         try:
-            self._port.timeout = timeout_s
-            first = self._port.read(1)
-            return first + self._port.read(self._port.in_waiting) if first else b""
-        except (serial.SerialException, OSError, TypeError) as error:  # TypeError: closed meanwhile
+            # Not by pyserial's own `read`, which configures the device anew for every other time-out.
+            if not select.select([self._port], [], [], timeout_s)[0]:
+                return b""
+            time.sleep(_GATHER_S)
+            data = os.read(self._port.fileno(), _READ_BYTES)
+        except (OSError, ValueError) as error:  # ValueError, and -1 for a file: closed meanwhile
             raise DeviceLostError(f"{self._path}: unplugged ({error})") from None
+        if not data:
+            raise DeviceLostError(f"{self._path}: unplugged")
+        return data
 
     def write(self, data: bytes) -> None:
         """Send bytes; see `Link`."""

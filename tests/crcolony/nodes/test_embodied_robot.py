@@ -101,7 +101,7 @@ class TestBody:
     @pytest.mark.parametrize(
         ("reply", "line"),
         [
-            (encode(BodyDenied("full: all 4 slots are taken")), "no body: arena here is full"),
+            (encode(BodyDenied("full: all 4 slots are taken")), "no body from here: full"),
             (encode(BodyGranted(0, ARENA_RUN, 0, 0.1, False, "{")), "arena here: malformed reply"),
             (b"noise", "arena here: malformed reply"),
         ],

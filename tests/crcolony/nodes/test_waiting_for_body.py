@@ -17,7 +17,7 @@ def test_every_new_reason_is_worth_a_line() -> None:
     waiting = WaitingForBody("lab")
     waiting.start(0.0)
     waiting.handle_denial("full: all 4 slots are taken")
-    assert waiting.line_due(4.0) == "no body: arena lab is full: all 4 slots are taken"
+    assert waiting.line_due(4.0) == "no body from lab: full: all 4 slots are taken"
     assert waiting.handle_loss() == "the arena is offline; waiting for arena lab"
     assert waiting.line_due(5.0) is None
     assert waiting.reason == "waiting for arena lab"

@@ -2,8 +2,8 @@
 
 Run with `make bench`, or `python -m tests.benchmarks.bench_bridge`. Round trips are measured in turns: a PING of bare
 bytes on the serial line, the same PING through the driver's session, and an action over Zenoh until the emulated motors
-turn. Then the jitter of observations, the CPU time and memory of the bridge's process, and how long a genotype takes by
-infrared, by its size and by the share of lost bytes.
+turn. Then the jitter of observations, an emergency stop, CPU time and memory of the bridge's process, and how long a
+genotype takes by infrared, by its size and by the share of lost bytes.
 """
 
 import contextlib
@@ -12,7 +12,7 @@ import random
 import statistics
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -37,14 +37,17 @@ from crcolony.protocol.body_messages import (
 )
 from crcolony.protocol.codec import encode
 from crcolony.protocol.key_expressions import ArenaKeys
+from crcolony.runtime.emergency_stop import stop_robots
 from crcolony.transport.zenoh_session import NetworkSettings, Session, open_session
 from tests.robot_firmware_bridge.emulated_robot import AvrRobot
 from tests.robot_firmware_bridge.ir_air import IrAir
-from tests.support.process_colony import Colony, colony
+from tests.support.process_colony import Colony, Process, colony
 
 TURNS = 200
 HZ, MEASURED_S = 50.0, 10.0
-ROBOT = bytes(range(16))
+STOPS = 10
+BRIDGES = ((1, 50.0), (1, 10.0), (4, 10.0))
+"""Robots and control periods a second of bridges whose costs are measured"""
 SIZES = (33, 382, 640)
 """Bytes: a beacon alone, a Pogobot's frame, an envelope with a default genotype"""
 LOSSES = (0.0, 0.01, 0.03)
@@ -65,6 +68,8 @@ def main() -> None:
         )
         with colony(folder) as made:
             measure_bridge(made, folder)
+            for count, hz in BRIDGES:
+                measure_costs(made, folder, count, hz)
         for size in SIZES:
             for loss in LOSSES:
                 seconds = measure_infrared(folder, size, loss)
@@ -105,15 +110,15 @@ def timed_ms(work: Callable[[], None]) -> float:
 class RobotOfZenoh:
     """The least that can have a body: it joins, notes when observations arrive, and sends actions."""
 
-    def __init__(self, session: Session, arena: str) -> None:
-        keys = ArenaKeys(arena)
+    def __init__(self, session: Session, arena: str, number: int) -> None:
+        keys, robot = ArenaKeys(arena), bytes([number]) * 16
         self.arrivals_s: list[float] = []
         self.tick = 0
         self._subscriber = session.declare_subscriber(
-            keys.observation(ROBOT), Callback(self._on_observation, indirect=False)
+            keys.observation(robot), Callback(self._on_observation, indirect=False)
         )
-        self._publisher = session.declare_publisher(keys.action(ROBOT), express=True)
-        for reply in session.get(keys.join, payload=encode(Join(ROBOT, "bench", -1))):
+        self._publisher = session.declare_publisher(keys.action(robot), express=True)
+        for reply in session.get(keys.join, payload=encode(Join(robot, "bench", -1))):
             assert reply.ok is not None
             assert isinstance(decode_join_reply(reply.ok.payload.to_bytes()), BodyGranted)
 
@@ -130,31 +135,82 @@ class RobotOfZenoh:
 
 
 def measure_bridge(made: Colony, folder: Path) -> None:
-    """Print the round trip, jitter, CPU time and memory of a bridge with one robot at 50 Hz."""
-    robot = AvrRobot(folder, "bridged")
-    try:
-        named = ("--robot", f"firmware@{robot.host_link}", "--hz", f"{HZ:g}")
-        bridge = made.start("bridge", "bridge", *named, "--listen", made.endpoint)
-        bridge.wait_for("bridge bridge with")
+    """Print the round trip and jitter of a bridge with one robot at 50 Hz, and how soon a stop is confirmed."""
+    with attached_robots(folder, 1) as robots, serving(made, robots, HZ):
         with open_session(NetworkSettings(connect=(made.endpoint,))) as session:
-            body = RobotOfZenoh(session, "bridge")
-            delays = [reaction_ms(body, robot, 0.1 + 0.001 * turn) for turn in range(TURNS // 4)]
-            process = psutil.Process(bridge.pid)
-            before, began_s, first = process.cpu_times(), time.perf_counter(), len(body.arrivals_s)
-            while time.perf_counter() - began_s < MEASURED_S:
-                body.act(0.1)
-                time.sleep(1.0 / HZ)
-            took_s, after = time.perf_counter() - began_s, process.cpu_times()
+            body = RobotOfZenoh(session, "bridge", 0)
+            delays = [
+                reaction_ms(body, robots[0], 0.1 + 0.001 * turn) for turn in range(TURNS // 4)
+            ]
+            first = len(body.arrivals_s)
+            drive_for(MEASURED_S, HZ, [body])
             periods_ms = 1000.0 * np.diff(body.arrivals_s[first:])
-        cpu = (after.user + after.system - before.user - before.system) / took_s
-        median, late = np.quantile(periods_ms, (0.5, 0.99))
-        print(f"an action over Zenoh until wheels turn {statistics.median(delays):.1f} ms (median)")
-        print(f"observations at {HZ:g} Hz: every {median:.2f} ms, 99 % within {late:.2f} ms")
-        print(
-            f"the bridge's process: {cpu:.1%} of a core, {process.memory_info().rss / MIB:.0f} MiB"
-        )
-    finally:
-        robot.switch_off()
+        stops_s = [stop_and_release(made) for _ in range(STOPS)]
+    median, late = np.quantile(periods_ms, (0.5, 0.99))
+    print(f"an action over Zenoh until wheels turn {statistics.median(delays):.1f} ms (median)")
+    print(f"observations at {HZ:g} Hz: every {median:.2f} ms, 99 % within {late:.2f} ms")
+    print(
+        f"crcolony estop until the robot has confirmed {1000.0 * statistics.median(stops_s):.0f} ms"
+        f" (median of {STOPS}, at most {1000.0 * max(stops_s):.0f} ms)"
+    )
+
+
+def measure_costs(made: Colony, folder: Path, count: int, hz: float) -> None:
+    """Print CPU time and memory of a bridge whose robots are all driven."""
+    with (
+        attached_robots(folder, count) as robots,
+        serving(made, robots, hz) as bridge,
+        open_session(NetworkSettings(connect=(made.endpoint,))) as session,
+    ):
+        bodies = [RobotOfZenoh(session, "bridge", k) for k in range(count)]
+        process = psutil.Process(bridge.pid)
+        before, began_s = process.cpu_times(), time.perf_counter()
+        drive_for(MEASURED_S, hz, bodies)
+        took_s, after = time.perf_counter() - began_s, process.cpu_times()
+        memory_mib = process.memory_info().rss / MIB
+    cpu = (after.user + after.system - before.user - before.system) / took_s
+    print(f"a bridge of {count} at {hz:g} Hz: {cpu:.1%} of a core, {memory_mib:.0f} MiB")
+
+
+@contextlib.contextmanager
+def attached_robots(folder: Path, count: int) -> Iterator[list[AvrRobot]]:
+    """So many emulated robots, which are switched off at the end."""
+    with contextlib.ExitStack() as opened:
+        robots = []
+        for k in range(count):
+            robots.append(AvrRobot(folder, f"bridged-{k}", k))
+            opened.callback(robots[-1].switch_off)
+        yield robots
+
+
+@contextlib.contextmanager
+def serving(made: Colony, robots: list[AvrRobot], hz: float) -> Iterator[Process]:
+    """A bridge that serves them, and is stopped at the end."""
+    named = [word for robot in robots for word in ("--robot", f"firmware@{robot.host_link}")]
+    options = ("bridge", *named, "--hz", f"{hz:g}", "--listen", made.endpoint)
+    bridge = made.start(f"bridge-{len(made.processes)}", *options)
+    bridge.wait_for("bridge bridge with")
+    yield bridge
+    bridge.stop()
+
+
+def drive_for(seconds: float, hz: float, bodies: list[RobotOfZenoh]) -> None:
+    """Let all drive for so long, one action each in a control period."""
+    end_s = time.perf_counter() + seconds
+    while time.perf_counter() < end_s:
+        for body in bodies:
+            body.act(0.1)
+        time.sleep(1.0 / hz)
+
+
+def stop_and_release(made: Colony) -> float:
+    """Return how long it took until all bodies have confirmed an emergency stop (s)."""
+    network = NetworkSettings(connect=(made.endpoint,))
+    result = stop_robots(network, "*", None)
+    (reply,) = result.replies
+    assert all(robot.confirmed for robot in reply.robots)
+    stop_robots(network, "*", reply.latch)
+    return result.took_s
 
 
 def reaction_ms(body: RobotOfZenoh, robot: AvrRobot, speed_m_s: float) -> float:

@@ -1,6 +1,7 @@
 """The robots that are attached to this machine, as bodies that robots of a colony can join, like those of an arena."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import msgspec
 import numpy as np
@@ -15,7 +16,23 @@ from crcolony.protocol.telemetry_messages import ArenaMetadata
 from crcolony_bridge.attached_robot import AttachedRobot
 from crcolony_bridge.charge import ChargeMeter
 from crcolony_bridge.driver import RobotDescription
-from crcolony_bridge.infrared.beacon import Beacon, BeaconMessage, decode_beacon
+from crcolony_bridge.infrared.beacon import Beacon, BeaconEncoding, BeaconMessage
+from crcolony_bridge.infrared.short_beacon import ShortEncoding
+from crcolony_bridge.infrared.whole_beacon import WholeEncoding
+
+
+@dataclass(frozen=True)
+class BodyBeacon:
+    """The beacon of the robot in a body, and how its messages go by the infrared of that body."""
+
+    beacon: Beacon
+    encoding: BeaconEncoding
+
+
+def new_beacon(robot: RobotId, body: RobotDescription) -> BodyBeacon:
+    """Return the beacon of a robot in a body of this description."""
+    encoding: BeaconEncoding = ShortEncoding(robot) if body.ir == "tokens" else WholeEncoding()
+    return BodyBeacon(Beacon(robot, encoding.form), encoding)
 
 
 class AttachedBodies(BodySlots):
@@ -34,15 +51,18 @@ class AttachedBodies(BodySlots):
         self._attached = list(robots)
         self._rows = np.zeros((len(robots), contract.OBSERVATION_WIDTH))
         self._contacts: list[Contact | None] = [None] * len(robots)
-        self._beacons: list[Beacon | None] = [None] * len(robots)
+        self._beacons: list[BodyBeacon | None] = [None] * len(robots)
         self._loaded: list[bytes] = [b""] * len(robots)
         self.received: list[tuple[RobotId, BeaconMessage]] = []
-        """What bodies have received by infrared in the last control period, with the robot whose body it was"""
+        """Whole messages that bodies have received by infrared in the last control period, each with its receiver"""
         self._stepped_s = 0.0
         self._meters = [ChargeMeter(energy_per_charge) for _ in robots]
 
-    def step(self, now_s: float) -> list[RobotId]:
-        """Begin a control period; return the robots whose bodies have measured something in the last one."""
+    def step(self, now_s: float, online: Iterable[RobotId] = ()) -> list[RobotId]:
+        """Begin a control period; return the robots whose bodies have measured something in the last one.
+
+        `online` are the robots on the network: no others can be met where infrared carries words alone.
+        """
         self.tick += 1
         self._stepped_s = now_s
         self.received.clear()
@@ -58,15 +78,15 @@ class AttachedBodies(BodySlots):
                     float(reading.row[contract.BATTERY])
                 )
                 observed.append(robot)
-            self._exchange_ir(now_s, slot, robot, heard, attached)
+            self._exchange_ir(now_s, slot, robot, heard, online)
         return observed
 
     def send_by_infrared(self, now_s: float, robot: RobotId, envelope: bytes) -> None:
         """Let the body of a robot send an envelope by infrared; does nothing if it has no body here."""
         slot = self.robots.get(robot)
-        beacon = None if slot is None else self._beacons[slot]
-        if beacon is not None:
-            beacon.load(now_s, envelope)
+        port = None if slot is None else self._beacons[slot]
+        if port is not None:
+            port.beacon.load(now_s, envelope)
 
     def metadata(self, arena: str) -> ArenaMetadata:
         """Return the reply to an observer's metadata query: the settings of the first body."""
@@ -74,21 +94,26 @@ class AttachedBodies(BodySlots):
         return ArenaMetadata(arena, self.arena_run, settings)
 
     def _exchange_ir(
-        self, now_s: float, slot: int, robot: RobotId, heard: list[bytes], attached: AttachedRobot
+        self,
+        now_s: float,
+        slot: int,
+        robot: RobotId,
+        heard: list[bytes],
+        online: Iterable[RobotId],
     ) -> None:
-        beacon = self._beacons[slot]
-        if beacon is None or beacon.robot != robot:
-            beacon = self._beacons[slot] = Beacon(robot)
-        if not attached.may_meet:
-            beacon.is_ready = False  # whatever its robot wants
-        messages = [message for message in map(decode_beacon, heard) if message is not None]
-        self.received += [(robot, message) for message in messages]
-        contacts = [contact for contact in map(beacon.receive, messages) if contact is not None]
+        attached, port = self._attached[slot], self._beacons[slot]
+        if port is None or port.beacon.robot != robot:
+            port = self._beacons[slot] = new_beacon(robot, attached.driver.description)
+        messages = port.encoding.decode(now_s, heard, online)
+        if port.encoding.form.has_envelopes:  # who is met by words is on the network already
+            self.received += [(robot, message) for message in messages]
+        found = [port.beacon.receive(now_s, message) for message in messages]
+        contacts = [contact for contact in found if contact is not None]
         self._contacts[slot] = contacts[-1] if contacts else None
-        message = beacon.message(now_s).encode()
-        if message != self._loaded[slot]:
-            self._loaded[slot] = message
-            attached.load_beacon(message)
+        data = port.encoding.encode(now_s, port.beacon.message(now_s))
+        if data != self._loaded[slot]:
+            self._loaded[slot] = data
+            attached.load_beacon(data)
 
     # Bodies -----------------------------------------------------------------------------------------------------------
 
@@ -114,10 +139,12 @@ class AttachedBodies(BodySlots):
 
     def _act(self, slot: int, action: FloatArray) -> None:
         """Apply an action at once: a wheel that waits for the next control period turns late."""
-        beacon = self._beacons[slot]
-        if beacon is not None:
-            beacon.is_ready = bool(action[contract.BEACON] >= 0.5)
-            if beacon.has_envelope(self._stepped_s):
+        port = self._beacons[slot]
+        if port is not None:
+            if not self._attached[slot].may_meet:
+                action[contract.BEACON] = 0.0  # whatever its robot wants
+            port.beacon.is_ready = bool(action[contract.BEACON] >= 0.5)
+            if port.beacon.must_be_on(self._stepped_s):
                 action[contract.BEACON] = 1.0  # a mating that has begun is finished
         self._attached[slot].act(action)
 

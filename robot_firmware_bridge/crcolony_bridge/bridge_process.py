@@ -76,7 +76,7 @@ class BridgeProcess:
     def step(self) -> None:
         """Begin a control period, and publish the observations of bodies that have measured something."""
         now_s = time.monotonic()
-        for robot in self._bodies.step(now_s):
+        for robot in self._bodies.step(now_s, self._server.online):
             self._transport.publish_observation(robot, self._bodies.observation(robot))
         for receiver, message in self._bodies.received:
             colony = self._colonies[message.robot] = self._bodies.colony_of(receiver)

@@ -36,7 +36,7 @@ class DriverState(enum.Enum):
 WatchdogPlace = Literal["firmware", "uploaded program", "robot's own base", "none"]
 """Where it is that wheels are stopped when this machine is gone."""
 IrMode = Literal["messages", "tokens", "none"]
-"""Whether infrared carries whole messages, or only a few bits that prove that two robots are near."""
+"""Whether infrared carries whole messages, or single words of 11 bits: enough to prove that two robots are near."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +61,7 @@ class RobotDescription:
     watchdog: WatchdogPlace = "none"
     ir: IrMode = "none"
     max_ir_bytes: int = 0
+    """The longest message; 2 of a robot whose infrared carries words"""
     period_s: float = 0.1
     """Between two readings"""
 
@@ -86,7 +87,7 @@ class Reading:
     is_stopped: bool = False
     """Whether the emergency stop is latched in the robot"""
     ir_messages: tuple[bytes, ...] = field(default=())
-    """Messages of other robots that have become complete"""
+    """Messages of other robots that have become complete; with `ir` "tokens" the words that were received"""
 
 
 class Driver(Protocol):
@@ -148,7 +149,11 @@ class Driver(Protocol):
         ...
 
     def send_ir(self, message: bytes) -> bool:
-        """Let the beacon repeat a message from now on; return whether the robot has taken it."""
+        """Let the beacon repeat a message from now on; return whether the robot has taken it.
+
+        With `ir` "tokens" it is a word, big-endian in two bytes, below 2,048: the robot emits it about every 0.1 s, or
+        more often, while the action's beacon is on, until the next one.
+        """
         ...
 
     def close(self) -> None:

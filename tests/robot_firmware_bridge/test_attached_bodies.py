@@ -1,6 +1,6 @@
 """Attached robots are bodies like those of an arena: joined, observed, driven, met, and given back."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import msgspec
@@ -45,6 +45,20 @@ class Setup:
         self.bodies = AttachedBodies(self.robots, 7, 0.1, energy_per_charge=0.5)
         self.now_s = 0.0
 
+    def meet(
+        self, periods: int, online: Sequence[bytes] = (), *, is_low: bool = False
+    ) -> dict[int, Contact]:
+        """Let both hear what the other's beacon was told to repeat; return the contact of each body."""
+        contacts = {}
+        for _ in range(periods):
+            said = [driver.beacons[-1:] for driver in self.drivers]
+            heard = [(1 - k, message) for k in (0, 1) for message in said[k]]
+            for slot, observation in enumerate(self.step(*heard, online=online, is_low=is_low)):
+                if observation.contact is not None:
+                    contacts[slot] = observation.contact
+                    assert unpack_row(observation.row)[contract.ENCOUNTER] == 1.0
+        return contacts
+
     def join(self, k: int) -> BodyGranted | BodyDenied:
         """Let robot k ask for a body."""
         return self.bodies.join(Join(IDS[k], "test", -1))
@@ -55,6 +69,7 @@ class Setup:
         battery: float = 0.5,
         is_low: bool = False,
         is_critical: bool = False,
+        online: Sequence[bytes] = (),
     ) -> list[Observation]:
         """Let all robots measure and a control period pass; return the observations."""
         for slot, driver in enumerate(self.drivers):
@@ -68,7 +83,7 @@ class Setup:
             )
             wait_until(lambda slot=slot: self.robots[slot]._reading is not None, "a reading")  # type: ignore[misc]
         self.now_s += 0.1
-        observed = self.bodies.step(self.now_s)
+        observed = self.bodies.step(self.now_s, online)
         return [decode_observation(self.bodies.observation(robot)) for robot in observed]
 
 
@@ -127,29 +142,17 @@ def test_charging_feeds_the_robot(setup: Setup) -> None:
     assert unpack_row(observation.row)[contract.CHARGE] == pytest.approx(0.2)
 
 
-def face_each_other(setup: Setup, *, is_low: bool = False) -> dict[int, Contact]:
-    """Let both hear each other's beacons for six periods; return their last contacts."""
-    contacts = {}
-    for _ in range(6):
-        said = [driver.beacons[-1:] for driver in setup.drivers]
-        heard = [(1 - k, message) for k in (0, 1) for message in said[k]]
-        for slot, observation in enumerate(setup.step(*heard, is_low=is_low)):
-            if observation.contact is not None:
-                contacts[slot] = observation.contact
-                assert unpack_row(observation.row)[contract.ENCOUNTER] == 1.0
-    return contacts
-
-
 def test_a_robot_with_a_low_battery_meets_nobody(setup: Setup) -> None:
     """Until it is charged."""
     setup.join(0)
     setup.join(1)
-    assert not face_each_other(setup, is_low=True)
-    for robot in IDS[:2]:  # a robot that acts again says that its beacon is on
-        row = np.zeros(contract.ACTION_WIDTH)
-        row[contract.BEACON] = 1.0
-        assert setup.bodies.apply_action(robot, Action(setup.bodies.tick, pack_row(row)))
-    assert len(face_each_other(setup)) == 2
+    for is_low in (True, False):
+        setup.step(is_low=is_low)
+        for robot in IDS[:2]:
+            row = np.zeros(contract.ACTION_WIDTH)
+            row[contract.BEACON] = 1.0
+            assert setup.bodies.apply_action(robot, Action(setup.bodies.tick, pack_row(row)))
+        assert len(setup.meet(6, is_low=is_low)) == (0 if is_low else 2)
 
 
 def test_who_lives_in_a_robot_with_a_critical_battery_rests_until_it_is_charged(
@@ -170,10 +173,26 @@ def test_two_robots_that_hear_each_other_have_the_same_contact(setup: Setup) -> 
     """Each message is what the other's beacon was told to repeat."""
     setup.join(0)
     setup.join(1)
-    contacts = face_each_other(setup)
+    contacts = setup.meet(6)
+    assert setup.bodies.received
     assert contacts[0].robot == IDS[1]
     assert contacts[1].robot == IDS[0]
     assert contacts[0].nonce == contacts[1].nonce
+
+
+def test_two_robots_whose_infrared_carries_words_have_the_same_contact(setup: Setup) -> None:
+    """If both are on the network, where the rest of a mating goes; no envelope ever goes by infrared."""
+    for driver in setup.drivers:
+        driver.description = replace(driver.description, ir="tokens", max_ir_bytes=2)
+    for k in (0, 1):
+        setup.join(k)
+    assert setup.meet(40, online=IDS[2:]) == {}, "neither knows who the other one is"
+    setup.bodies.send_by_infrared(setup.now_s, IDS[0], b"an envelope")
+    contacts = setup.meet(40, online=IDS)
+    assert [contacts[slot].robot for slot in (0, 1)] == [IDS[1], IDS[0]]
+    assert contacts[0].nonce == contacts[1].nonce
+    assert all(len(word) == 2 for driver in setup.drivers for word in driver.beacons)
+    assert setup.bodies.received == []
 
 
 def test_a_body_is_described_by_its_robot() -> None:

@@ -2,13 +2,10 @@
 
 Run with `make bench`, or `python -m tests.benchmarks.bench_bridge`. Round trips are measured in turns: a PING of bare
 bytes on the serial line, the same PING through the driver's session, and an action over Zenoh until the emulated motors
-turn. Then the jitter of observations, an emergency stop, CPU time and memory of the bridge's process, and how long a
-genotype takes by infrared, by its size and by the share of lost bytes.
+turn. Then the jitter of observations, an emergency stop, and CPU time and memory of the bridge's process.
 """
 
 import contextlib
-import os
-import random
 import statistics
 import tempfile
 import time
@@ -17,10 +14,9 @@ from pathlib import Path
 
 import numpy as np
 import psutil
-from crcolony_bridge.infrared.ir_messages import seal
 from crcolony_bridge.link import open_link
 from crcolony_bridge.reference_firmware import messages
-from crcolony_bridge.reference_firmware.driver import BAUD, SerialFirmware
+from crcolony_bridge.reference_firmware.driver import BAUD
 from crcolony_bridge.reference_firmware.frames import FrameReader, encode_frame
 from crcolony_bridge.reference_firmware.messages import MessageType
 from crcolony_bridge.reference_firmware.session import FirmwareSession
@@ -40,7 +36,6 @@ from crcolony.protocol.key_expressions import ArenaKeys
 from crcolony.runtime.emergency_stop import stop_robots
 from crcolony.transport.zenoh_session import NetworkSettings, Session, open_session
 from tests.robot_firmware_bridge.emulated_robot import AvrRobot
-from tests.robot_firmware_bridge.ir_air import IrAir
 from tests.support.process_colony import Colony, Process, colony
 
 TURNS = 200
@@ -48,9 +43,6 @@ HZ, MEASURED_S = 50.0, 10.0
 STOPS = 10
 BRIDGES = ((1, 50.0), (1, 10.0), (4, 10.0))
 """Robots and control periods a second of bridges whose costs are measured"""
-SIZES = (33, 382, 640)
-"""Bytes: a beacon alone, a Pogobot's frame, an envelope with a default genotype"""
-LOSSES = (0.0, 0.01, 0.03)
 MIB = 2**20
 
 
@@ -70,12 +62,6 @@ def main() -> None:
             measure_bridge(made, folder)
             for count, hz in BRIDGES:
                 measure_costs(made, folder, count, hz)
-        for size in SIZES:
-            for loss in LOSSES:
-                seconds = measure_infrared(folder, size, loss)
-                print(
-                    f"{size} bytes by infrared, {loss:.0%} of bytes lost: {seconds:.2f} s (median of 5)"
-                )
 
 
 def measure_link(robot: AvrRobot) -> tuple[float, float]:
@@ -223,48 +209,6 @@ def reaction_ms(body: RobotOfZenoh, robot: AvrRobot, speed_m_s: float) -> float:
     body.act(speed_m_s)
     robot.wait_for(f"wheels {mm_s} {mm_s}", since=seen)
     return 1000.0 * (time.perf_counter() - began_s)
-
-
-class LossyAir(IrAir):
-    """Loses bytes at random."""
-
-    def __init__(self, links: list[Path], loss: float) -> None:
-        self._loss, self._random = loss, random.Random(1)
-        super().__init__(links)
-
-    def _through(self, data: bytes) -> bytes:
-        return bytes(byte for byte in data if self._random.random() >= self._loss)
-
-
-def measure_infrared(folder: Path, size: int, loss: float) -> float:
-    """Return how long a message of this size takes from one robot to another (s, median of five)."""
-    robots = [AvrRobot(folder, f"ir-{k}", k + 1) for k in range(2)]
-    air = LossyAir([robot.ir_link for robot in robots], loss)
-    drivers = [SerialFirmware(str(robot.host_link)) for robot in robots]
-    took = []
-    try:
-        for driver in drivers:
-            driver.open()
-        beacon = np.zeros(contract.ACTION_WIDTH)
-        beacon[contract.BEACON], beacon[contract.TTL] = 1.0, 0.5
-        for _ in range(5):
-            message = os.urandom(size - len(seal(b"")))
-            began_s = time.perf_counter()
-            assert drivers[0].send_ir(message)
-            while True:
-                drivers[0].write(beacon)
-                drivers[0].read(0.0)
-                reading = drivers[1].read(0.02)
-                if reading is not None and message in reading.ir_messages:
-                    break
-            took.append(time.perf_counter() - began_s)
-    finally:
-        for driver in drivers:
-            driver.close()
-        air.close()
-        for robot in robots:
-            robot.switch_off()
-    return statistics.median(took)
 
 
 if __name__ == "__main__":

@@ -97,13 +97,13 @@ class BenchRobot(EmulatedFirmware):
 class AvrRobot(BenchRobot):
     """An ATmega2560 in simavr; its motors are its pins (see `firmware/bench/simavr_bench.c`)."""
 
-    def __init__(self, folder: Path, name: str = "robot", uid: int = 1) -> None:
+    def __init__(self, folder: Path, name: str = "robot", uid: int = 1, defines: str = "") -> None:
         super().__init__(folder, name)
-        self._uid = uid
+        self._uid, self._defines = uid, defines
         self.start()
 
     def _launch(self) -> "subprocess.Popen[str]":
-        folder = build("avr", self._uid)
+        folder = build("avr", self._uid, self._defines)
         bench, firmware = folder / "simavr_bench", folder / "robot_atmega2560.elf"
         return subprocess.Popen(
             [str(bench), str(firmware), str(self.host_link), str(self.ir_link)],

@@ -16,6 +16,9 @@ from tests.support.paths import ROOT
 
 FIRMWARE = ROOT / "robot_firmware_bridge" / "firmware"
 
+WORDS_ALONE = "-DIR_MAX_MESSAGE=2u -DIR_PAUSE_MS=92u"
+"""Infrared that is as slow as a Thymio's: a word of two bytes, every 92 to 107 ms"""
+
 needs_compiler = pytest.mark.skipif(
     shutil.which("cc") is None or shutil.which("make") is None, reason="there is no C compiler"
 )
@@ -30,14 +33,15 @@ needs_cortex_m3 = pytest.mark.skipif(
 
 
 @functools.cache
-def build(target: str, uid: int = 1) -> Path:
+def build(target: str, uid: int = 1, defines: str = "") -> Path:
     """Build a target of the firmware's Makefile, with warnings as errors; return the folder of what is built.
 
-    `uid` is the first byte of the uid of the robots with this firmware.
+    `uid` is the first byte of the uid of the robots with this firmware, `defines` what differs from its defaults.
     """
     folder = Path(tempfile.mkdtemp(prefix="firmware-"))
+    settings = [f"BUILD={folder}", f"UID={uid},2,3,4,5,6,7,8", f"DEFINES={defines}"]
     done = subprocess.run(
-        ["make", "-C", str(FIRMWARE), target, f"BUILD={folder}", f"UID={uid},2,3,4,5,6,7,8"],
+        ["make", "-C", str(FIRMWARE), target, *settings],
         capture_output=True,
         text=True,
     )

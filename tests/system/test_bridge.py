@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.robot_firmware_bridge.emulated_robot import AvrRobot
-from tests.robot_firmware_bridge.firmware import needs_avr
+from tests.robot_firmware_bridge.firmware import WORDS_ALONE, needs_avr
 from tests.robot_firmware_bridge.ir_air import IrAir
 from tests.support.mating_audit import check_ledger
 from tests.support.paths import PYTHONPATH
@@ -54,12 +54,16 @@ class Lab:
         assert not [line for line in robot.lines[since:] if line.startswith("wheels")]
 
 
-@pytest.fixture(scope="module")
-def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
-    """A lab in which both robots have their bodies and drive."""
-    folder = tmp_path_factory.mktemp("lab")
+@contextlib.contextmanager
+def open_lab(folder: Path, defines: str = "", *settings: str) -> Iterator[Lab]:
+    """Open a lab in which both robots have their bodies and drive.
+
+    `defines` is what differs from the default firmware, `settings` from a busy colony.
+    """
     with contextlib.ExitStack() as opened:
-        emulated = [AvrRobot(folder, name, uid) for uid, name in enumerate(("left", "right"))]
+        emulated = [
+            AvrRobot(folder, name, uid, defines) for uid, name in enumerate(("left", "right"))
+        ]
         for robot in emulated:
             opened.callback(robot.switch_off)
         ports = [folder / f"ttyACM{k}" for k in range(2)]
@@ -67,7 +71,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
             port.symlink_to(robot.host_link)
         air = IrAir([robot.ir_link for robot in emulated])
         opened.callback(air.close)
-        made = opened.enter_context(colony(folder))
+        made = opened.enter_context(colony(folder, *settings))
         named = [option for port in ports for option in ("--robot", f"firmware@{port}")]
         bridge = made.start("bridge", "bridge", *named, "--arena", "lab", "--listen", made.endpoint)
         bridge.wait_for("bridge lab with 2 robots")
@@ -76,6 +80,13 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
             robots.append(made.robot("--arena", "lab", "--snapshot", "2"))
             robots[-1].wait_for(f"has body {slot}")
         yield Lab(made, emulated, ports, air, bridge, robots)
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
+    """A lab with the firmware as it is by default."""
+    with open_lab(tmp_path_factory.mktemp("lab")) as opened:
+        yield opened
 
 
 def test_robots_drive_physical_bodies(lab: Lab) -> None:
@@ -209,6 +220,18 @@ def test_two_robots_on_separate_networks_mate_by_infrared_alone(tmp_path: Path) 
             inhabitant.stop()
         stores = [store for made in sites for store in made.stores]
         assert check_ledger(stores, is_settled=False).matings >= 1
+
+
+def test_two_robots_whose_infrared_carries_words_alone_mate_over_the_network(
+    tmp_path: Path,
+) -> None:
+    """Eleven bits at a time prove that they are near; the whole protocol goes over Zenoh."""
+    with open_lab(tmp_path, WORDS_ALONE, "life.slice_steps=50") as lab:
+        for robot in lab.robots:
+            robot.wait_for("mated with", within_s=120.0)
+        for robot in lab.robots:
+            robot.stop()
+        assert check_ledger(lab.made.stores, is_settled=False).matings >= 1
 
 
 def test_two_robots_with_one_uid_are_refused(tmp_path: Path) -> None:

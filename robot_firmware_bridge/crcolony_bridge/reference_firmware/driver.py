@@ -12,7 +12,7 @@ from crcolony.body import contract
 from crcolony.compiled import FloatArray
 from crcolony_bridge.driver import DriverState, Reading, RobotDescription, limited_action
 from crcolony_bridge.errors import DeviceError, DeviceLostError
-from crcolony_bridge.infrared.ir_messages import IrReceiver, seal, tag_of
+from crcolony_bridge.infrared.ir_messages import Fragment, IrReceiver, seal, tag_of
 from crcolony_bridge.link import Link, open_link, renumbered
 from crcolony_bridge.reconnecting_driver import ReconnectingDriver
 from crcolony_bridge.reference_firmware import messages
@@ -77,7 +77,8 @@ class SerialFirmware(ReconnectingDriver):
 
     def send_ir(self, message: bytes) -> bool:
         """See `Driver`."""
-        sealed = seal(message)
+        # A word is its own message: what it belongs to has a checksum.
+        sealed = message if self._description.ir == "tokens" else seal(message)
         tag, total = tag_of(sealed), len(sealed)
         if self._info is None or total > self._info.max_ir_bytes:
             return False
@@ -148,6 +149,12 @@ class SerialFirmware(ReconnectingDriver):
             self._lose(error)
             return False
 
+    def _receive_ir(self, fragment: Fragment) -> None:
+        if self._description.ir == "tokens":
+            self._ir_messages.append(fragment.data)
+        elif (message := self._ir.add(fragment)) is not None:
+            self._ir_messages.append(message)
+
     def _read(self, timeout_s: float) -> Reading | None:
         session, end_s = self._session, time.monotonic() + timeout_s
         newest: Telemetry | None = None
@@ -158,8 +165,7 @@ class SerialFirmware(ReconnectingDriver):
                     if frame.type == MessageType.TELEMETRY:
                         newest = Telemetry.parse(frame)
                     elif frame.type == MessageType.IR_RECEIVED:
-                        message = self._ir.add(messages.parse_fragment(frame))
-                        self._ir_messages += [message] if message is not None else []
+                        self._receive_ir(messages.parse_fragment(frame))
                     elif frame.type == MessageType.BOOT:
                         raise DeviceLostError(f"{self._address}: the robot was reset")
                 except FrameError:

@@ -7,8 +7,9 @@ import numpy as np
 
 from crcolony.body import contract
 from crcolony.body.settings import WHEEL_LIMIT_M_S
-from crcolony_bridge.driver import Reading, RobotDescription, empty_observation
+from crcolony_bridge.driver import IrMode, Reading, RobotDescription, empty_observation
 from crcolony_bridge.errors import DeviceError
+from crcolony_bridge.infrared.short_beacon import WORD_BYTES
 from crcolony_bridge.reference_firmware.messages import (
     UNKNOWN_MM,
     Capability,
@@ -36,12 +37,18 @@ def describe_robot(text: bytes, info: Info, period_s: float, address: str) -> Ro
             battery_full_v=float(tree["battery_full_v"]),
             watchdog_s=float(tree["watchdog_s"]),
             watchdog="firmware",
-            ir="messages" if Capability.IR in info.capabilities else "none",
+            ir=_ir_mode(info),
             max_ir_bytes=info.max_ir_bytes,
             period_s=period_s,
         )
     except (ValueError, KeyError, TypeError) as error:
         raise DeviceError(f"{address}: its description cannot be read: {error!r}") from None
+
+
+def _ir_mode(info: Info) -> IrMode:
+    if Capability.IR not in info.capabilities:
+        return "none"
+    return "tokens" if info.max_ir_bytes == WORD_BYTES else "messages"
 
 
 def reading_of(

@@ -7,12 +7,17 @@
 
 #include <stdint.h>
 
-/* A signed envelope with a default genotype (368 bytes) is shorter than this. */
+/* A signed envelope with a default genotype (368 bytes) is shorter than this. Infrared that is too slow for messages
+ * carries words of 2 bytes: -DIR_MAX_MESSAGE=2u, and the time between two as -DIR_PAUSE_MS. */
+#ifndef IR_MAX_MESSAGE
 #define IR_MAX_MESSAGE 768u
+#endif
 #define IR_FRAGMENT_BYTES 48u
 #define IR_FRAGMENT_HEADER 3u
 /* Between two fragments: others can send meanwhile. A random part keeps two robots from colliding for ever. */
+#ifndef IR_PAUSE_MS
 #define IR_PAUSE_MS 12u
+#endif
 #define IR_JITTER_MASK_MS 15u
 
 struct ir_carousel {

@@ -68,6 +68,21 @@ class Lamp:
 
 
 @dataclass(frozen=True)
+class IrWords:
+    """Infrared that carries one word at a time, by variables, an event and a native function of the robot."""
+
+    sent: str
+    """What it repeats; a negative number is nothing"""
+    received: str
+    event: str
+    """That a word was received"""
+    enable: str
+    """The native function that switches it on"""
+    known_by: str
+    """A variable that only robots have whose infrared works: simulators have the others without effect"""
+
+
+@dataclass(frozen=True)
 class EnergyVariable:
     """Energy that is no voltage: the simulated battery of a body."""
 
@@ -98,6 +113,7 @@ class AsebaModel:
     lamp: Lamp
     camera: Camera | None = None
     energy: EnergyVariable | None = None
+    ir_words: IrWords | None = None
 
 
 E_PUCK = AsebaModel(
@@ -161,6 +177,15 @@ THYMIO = AsebaModel(
         curve_m=(0.14, 0.13, 0.12, 0.11, 0.1, 0.09, 0.08, 0.06, 0.04, 0.02, 0.01, 0.0),
     ),
     lamp=Lamp(32, native="leds.top"),
+    # By the sources of its firmware: values of 0 to 2,056 are emitted ten times a second, a negative one is not. Its
+    # makers say that a bit of the eleven might once be needed for something else.
+    ir_words=IrWords(
+        "prox.comm.tx",
+        "prox.comm.rx",
+        "prox.comm",
+        "prox.comm.enable",
+        known_by="prox.comm.rx._payloads",
+    ),
     # Real ones have `_vbat`, in units of their converter that nobody has measured for us: no battery is better than a
     # wrong one, by which a robot would be stopped.
 )

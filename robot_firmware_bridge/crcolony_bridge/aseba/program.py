@@ -3,7 +3,8 @@
 At every tick (a local event of the robot) a counter goes down, and at 0 the motors stand still. The host sets the
 counter with every command, so that wheels stop whatever becomes of the host. Speeds and lamp go through variables of
 the program too: one message sets them and the counter at once, and a speed that anybody else sets is overwritten at
-the next tick. At its reading event the program emits what the robot measures.
+the next tick. At its reading event the program emits what the robot measures, and every word that the robot receives
+by infrared at once.
 """
 
 from collections.abc import Iterable, Sequence
@@ -32,7 +33,7 @@ class ProgramVariables:
     session: int
     """A number of the host's that a reset clears: by it the host knows that the program is still its own"""
 
-    WORDS = 9
+    WORDS = 10
 
     @property
     def ticks(self) -> int:
@@ -59,6 +60,11 @@ class ProgramVariables:
         """Red, green and blue."""
         return self.session + 6, self.session + 7, self.session + 8
 
+    @property
+    def one(self) -> int:
+        """A variable that is 1 from the start on: native functions take addresses, not numbers."""
+        return self.session + 9
+
 
 @dataclass(frozen=True)
 class Chunk:
@@ -66,6 +72,19 @@ class Chunk:
 
     address: int
     words: int
+
+
+@dataclass(frozen=True)
+class WordPort:
+    """Infrared that carries words; the event that emits one has the number behind those of the chunks."""
+
+    sent: int
+    """The address of the word that the robot repeats"""
+    received: int
+    """The address of the word that it has received"""
+    event: str
+    enable: str
+    """The native function that switches it on"""
 
 
 @dataclass(frozen=True)
@@ -80,6 +99,7 @@ class ProgramPlan:
     lamp_native: str
     """Or the native function that takes the addresses of red, green and blue"""
     chunks: tuple[Chunk, ...]
+    words: WordPort | None = None
 
 
 def plan_chunks(spans: Iterable[tuple[int, int]]) -> tuple[Chunk, ...]:
@@ -105,6 +125,11 @@ def dead_man_program(
     stand_still = [word for motor in motors for word in _assign(motor, 0)]
     own_words = range(own.session, own.session + ProgramVariables.WORDS)
     initialise = [*(word for address in own_words for word in _assign(address, 0)), *stand_still]
+    handlers = {EVENT_INIT: initialise}
+    if plan.words is not None:
+        initialise += _enable_words(node, plan.words, own)
+        heard = [_EMIT | len(plan.chunks), plan.words.received, 1]
+        handlers[node.event(plan.words.event)] = heard
     run = [
         *(_LOAD | own.counter, _IMMEDIATE | 1, _BINARY | _SUBTRACT, _STORE | own.counter),
         *(word for pair in zip(own.speeds, motors, strict=True) for word in _copy(*pair)),
@@ -117,7 +142,7 @@ def dead_man_program(
     report = [*_show_lamp(node, plan, own)]
     for number, chunk in enumerate(plan.chunks):
         report += [_EMIT | number, chunk.address, chunk.words]
-    handlers = {EVENT_INIT: initialise, node.event(plan.tick_event): tick}
+    handlers[node.event(plan.tick_event)] = tick
     reading = node.event(plan.reading_event)
     handlers[reading] = [*handlers.get(reading, []), *report]
     words = _link(handlers)
@@ -143,6 +168,12 @@ def _show_lamp(node: NodeDescription, plan: ProgramPlan, own: ProgramVariables) 
         return [*addresses, _CALL | node.natives.index(plan.lamp_native)]
     pairs = zip(own.lamp, plan.lamp, strict=False)
     return [word for source, name in pairs for word in _copy(source, node.address(name))]
+
+
+def _enable_words(node: NodeDescription, port: WordPort, own: ProgramVariables) -> list[int]:
+    """Return words that switch the infrared on, and let it send nothing until the host says what."""
+    call = [_LARGE, own.one, _CALL | node.natives.index(port.enable)]
+    return [*_assign(own.one, 1), *_assign(port.sent, -1), *call]
 
 
 def _assign(address: int, value: int) -> list[int]:

@@ -4,18 +4,20 @@ All methods raise DeviceLostError when the connection is gone, or when the node 
 """
 
 import secrets
-import threading
 import time
-from collections.abc import Callable, Sequence
+from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
 
+from crcolony_bridge.aseba.ir_words import NO_WORD, find_word_port
+from crcolony_bridge.aseba.line import AsebaLine
 from crcolony_bridge.aseba.models import MODELS, AsebaModel, find_model
 from crcolony_bridge.aseba.program import (
     Chunk,
     ProgramPlan,
     ProgramVariables,
+    WordPort,
     dead_man_program,
     plan_chunks,
 )
@@ -23,10 +25,8 @@ from crcolony_bridge.aseba.protocol import (
     FIRST_SYSTEM_TYPE,
     AsebaError,
     AsebaMessage,
-    AsebaReader,
     AsebaType,
     NodeDescription,
-    encode_message,
     parse_description,
     request,
 )
@@ -40,9 +40,8 @@ _OTHER_NODES_S = 0.1
 """How long other nodes on the same line are waited for."""
 _CALIBRATION_TIMEOUT_S = 3.0
 _MAX_NODES = 64
-_QUIET_S, _MAX_DISCARD_S = 0.015, 0.3
-"""A line that is quiet for so long is between two messages."""
-_SHORTEST_WAIT_S = 1e-3
+_MAX_RECEIVED = 32
+"""Words by infrared that wait for the next reading."""
 _ENDING: dict[int, str] = {
     AsebaType.DISCONNECTED: "it has left",
     AsebaType.DESCRIPTION: "it has been switched on again",
@@ -67,12 +66,12 @@ class AsebaSession:
     """A node that runs our program. One thread reads; any may command."""
 
     def __init__(self, link: Link, address: str) -> None:
-        self._link, self._address = link, address
-        self._reader = AsebaReader()
-        self._writing = threading.Lock()
+        self._line, self._address = AsebaLine(link, address), address
         self._chunks: tuple[Chunk, ...] = ()
         self._number = secrets.randbelow(0x7FFF) + 1
         self._is_running = False
+        self._port: WordPort | None = None
+        self._received: deque[int] = deque(maxlen=_MAX_RECEIVED)
         self.clock = TickClock()
 
     def start(self, uid: str, is_stopped: bool) -> None:
@@ -81,7 +80,7 @@ class AsebaSession:
         Raises DeviceError where a person has to do something.
         """
         try:
-            self._discard_half_messages()
+            self._line.discard_half_messages()
             self._node = self._find(uid)
             self.model, self.uid = self._identify(self._node)
             self._check_uid(uid)
@@ -97,7 +96,7 @@ class AsebaSession:
         end_s = time.monotonic() + timeout_s
         while True:
             left_s = end_s - time.monotonic()
-            messages = self._receive(left_s if newest is None else 0.0)
+            messages = self._line.receive(left_s if newest is None else 0.0)
             for message in messages:
                 newest = self._take(message) or newest
             if newest is not None and not messages:
@@ -115,6 +114,22 @@ class AsebaSession:
         levels = (round(level * self.model.lamp.full) for level in lamp)
         self._set(self._own.counter, ticks, left, right, *levels)
 
+    @property
+    def has_words(self) -> bool:
+        """Whether the infrared of this node carries words."""
+        return self._port is not None
+
+    def take_words(self) -> list[int]:
+        """Return the words that were received by infrared since the last call."""
+        taken = list(self._received)
+        self._received.clear()
+        return taken
+
+    def send_word(self, word: int | None) -> None:
+        """Let the infrared repeat a word from now on, or nothing."""
+        if self._port is not None:
+            self._set(self._port.sent, NO_WORD if word is None else word)
+
     def stop(self) -> None:
         """Latch the emergency stop in the robot, and set its motors to 0 whether its program runs or not."""
         self._set(self._own.stopped, 1, 0)
@@ -126,25 +141,19 @@ class AsebaSession:
 
     def close(self) -> None:
         """Close the connection."""
-        self._link.close()
+        self._line.close()
 
     # The handshake --------------------------------------------------------------------------------------------------
-
-    def _discard_half_messages(self) -> None:
-        """Leave out what was on its way before we were there: a line may be opened in the middle of a message."""
-        end_s = time.monotonic() + _MAX_DISCARD_S
-        while self._link.read(_QUIET_S) and time.monotonic() < end_s:
-            pass
 
     def _find(self, uid: str) -> NodeDescription:
         number = uid.rpartition("-")[2]
         wanted = int(number) if number.isdigit() else None
         nodes: set[int] = set()
         for _ in range(_TRIES):
-            self._send(request(AsebaType.LIST_NODES, 5))
+            self._line.send(request(AsebaType.LIST_NODES, 5))
             wait_s = _REPLY_TIMEOUT_S
             while wanted not in nodes and len(nodes) < _MAX_NODES:
-                if not self._wait(lambda message: self._is_new(message, nodes), wait_s):
+                if not self._line.wait(lambda message: self._is_new(message, nodes), wait_s):
                     break
                 wait_s = _OTHER_NODES_S
             if nodes:
@@ -180,8 +189,8 @@ class AsebaSession:
                     parts[0].add(message)
                 return bool(parts) and parts[0].is_complete
 
-            self._send(request(AsebaType.GET_NODE_DESCRIPTION, node, 5))
-            if self._wait(is_described, 2 * _REPLY_TIMEOUT_S):
+            self._line.send(request(AsebaType.GET_NODE_DESCRIPTION, node, 5))
+            if self._line.wait(is_described, 2 * _REPLY_TIMEOUT_S):
                 return parts[0]
         raise DeviceLostError(f"{self._address}: node {node} does not say what it is")
 
@@ -203,6 +212,7 @@ class AsebaSession:
         spans = [*self.senses.spans(), (self._own.session, ProgramVariables.WORDS)]
         self._chunks = plan_chunks(spans)
         self._words = np.zeros(node.variable_words, np.int16)
+        self._port = find_word_port(model.ir_words, node)
         plan = ProgramPlan(
             model.tick_event,
             model.reading_event,
@@ -210,16 +220,17 @@ class AsebaSession:
             model.lamp.variables,
             model.lamp.native,
             self._chunks,
+            self._port,
         )
         program = dead_man_program(node, plan, self._own)
         self._stand_still()
-        self._send(request(AsebaType.SET_BYTECODE, node.node, 0, *program))
-        self._send(request(AsebaType.RUN, node.node))
+        self._line.send(request(AsebaType.SET_BYTECODE, node.node, 0, *program))
+        self._line.send(request(AsebaType.RUN, node.node))
         end_s = time.monotonic() + _CALIBRATION_TIMEOUT_S
         while not self._is_running:
             # Set until it is kept: a program that only begins now clears it.
             self._set(self._own.session, self._number, 0, int(is_stopped), 0)
-            self._wait(self._is_ours, 0.2)
+            self._line.wait(self._is_ours, 0.2)
             if time.monotonic() > end_s:
                 raise DeviceLostError(f"{self._address}: {self.uid} does not run its program")
 
@@ -242,6 +253,8 @@ class AsebaSession:
             return None
         if (reason := _ENDING.get(message.type)) is not None:
             raise DeviceLostError(f"{self._address}: {self.uid}: {reason}")
+        if self._port is not None and message.type == len(self._chunks):
+            self._received += message.words[:1]
         if not self._gather(message):
             return None
         if not self._holds_our_number():
@@ -270,31 +283,4 @@ class AsebaSession:
             self._set(self._node.address(motor), 0)
 
     def _set(self, address: int, *words: int) -> None:
-        self._send(request(AsebaType.SET_VARIABLES, self._node.node, address, *words))
-
-    def _send(self, message: AsebaMessage) -> None:
-        with self._writing:
-            self._link.write(encode_message(message))
-
-    def _wait(self, is_met: Callable[[AsebaMessage], bool], timeout_s: float) -> bool:
-        """Receive until a message meets a condition; return False after the time."""
-        end_s = time.monotonic() + timeout_s
-        while (left_s := end_s - time.monotonic()) > 0.0:
-            met = [
-                is_met(message) for message in self._receive(left_s)
-            ]  # all: the rest would be lost
-            if any(met):
-                return True
-        return False
-
-    def _receive(self, timeout_s: float) -> Sequence[AsebaMessage]:
-        try:
-            return self._reader.feed(self._link.read(max(timeout_s, _SHORTEST_WAIT_S)))
-        except DeviceLostError as error:
-            # Over TCP the last client wins: a robot that is taken looks like one that is switched off.
-            hint = ": off, or taken by another controller" if self._address[:4] == "tcp:" else ""
-            raise DeviceLostError(f"{error}{hint}") from None
-        except AsebaError as error:
-            raise DeviceLostError(
-                f"{self._address}: this is no stream of Aseba's: {error}"
-            ) from None
+        self._line.send(request(AsebaType.SET_VARIABLES, self._node.node, address, *words))

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from crcolony_bridge.aseba.driver import CONTENDED_RETRY_S, AsebaRobot
+from crcolony_bridge.aseba.program import ProgramVariables
 from crcolony_bridge.aseba.protocol import AsebaMessage, AsebaType, encode_message, request
 from crcolony_bridge.aseba.session import AsebaSession
 from crcolony_bridge.driver import DriverState
@@ -155,7 +156,7 @@ def test_what_a_robot_says_when_it_is_ours_no_more(placed: PlacedRobot, world: P
         (AsebaMessage(AsebaType.EXECUTION_STATE, bytes(4), 1), "another controller has reset"),
         (AsebaMessage(AsebaType.DIVISION_BY_ZERO, bytes(2), 1), "its program has failed"),
         (AsebaMessage(0, bytes(2), 1), "runs another program"),
-        (AsebaMessage(0, bytes(2 * 203), 1), "was reset"),
+        (AsebaMessage(0, bytes(2 * (194 + ProgramVariables.WORDS)), 1), "was reset"),
     ):
         link.garbage = encode_message(message)
         with pytest.raises(DeviceLostError, match=said):

@@ -1,6 +1,10 @@
 """The uploaded program stops the wheels by itself, in every state in which a host can leave it."""
 
+from dataclasses import replace
+
 import pytest
+from crcolony_bridge.aseba.ir_words import find_word_port
+from crcolony_bridge.aseba.models import THYMIO
 from crcolony_bridge.aseba.program import (
     Chunk,
     ProgramPlan,
@@ -13,6 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.robot_firmware_bridge.aseba.nodes import E_PUCK_NODE, THYMIO_NODE, Node, SmallVm
+from tests.robot_firmware_bridge.aseba.word_thymio import WORD_THYMIO
 
 E_PUCK_PLAN = ProgramPlan(
     "ir_sensors",
@@ -20,7 +25,7 @@ E_PUCK_PLAN = ProgramPlan(
     ("speed.left", "speed.right"),
     ("color.red", "color.green", "color.blue"),
     "",
-    (Chunk(39, 8), Chunk(228, 9)),
+    (Chunk(39, 8), Chunk(228, ProgramVariables.WORDS)),
 )
 THYMIO_PLAN = ProgramPlan(
     "motor", "prox", ("motor.left.target", "motor.right.target"), (), "leds.top", (Chunk(34, 7),)
@@ -139,6 +144,22 @@ def test_the_lamp_is_a_variable_or_a_native_function() -> None:
     thymio = Robot(THYMIO_NODE, THYMIO_PLAN)
     thymio.vm.run(thymio.node.event("prox"))
     assert thymio.vm.called == [(1, list(reversed(thymio.own.lamp)))]
+
+
+def test_infrared_that_carries_words_is_silent_at_first_and_tells_each_word_at_once() -> None:
+    """The native function gets the address of a variable that is 1; the word's event is behind those of the chunks."""
+    node = WORD_THYMIO.described
+    port = find_word_port(THYMIO.ir_words, node)
+    assert port is not None
+    thymio = Robot(WORD_THYMIO, replace(THYMIO_PLAN, words=port))
+    ((native, stack),) = thymio.vm.called
+    assert node.natives[native] == "prox.comm.enable"
+    assert [thymio.vm.variables[address] for address in stack] == [1]
+    assert thymio.vm.variables[port.sent] == -1
+    thymio.vm.variables[port.received] = 0x7AB
+    assert thymio.vm.run(node.event("prox.comm")) == [(1, [0x7AB])]
+    thymio.command(2, 300, 300)
+    assert [thymio.tick() for _ in range(3)] == [(300, 300), (300, 300), (0, 0)]
 
 
 def test_a_robot_without_room_for_the_program_is_refused() -> None:

@@ -48,7 +48,7 @@ def add_bridge(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--without-watchdog",
         action="store_true",
-        help="also serve robots whose wheels turn on when this machine dies",
+        help="also serve, drive and calibrate robots whose wheels turn on when this machine dies",
     )
     by_hand = parser.add_argument_group("drive and calibrate", "lift the robot, or give it space")
     by_hand.add_argument(
@@ -113,9 +113,11 @@ def _use_on_bench(options: argparse.Namespace) -> None:
     from crcolony.runtime.console import print_line
 
     (robot,) = options.robot
-    driver = make_driver(robot)
+    driver, needs_watchdog = make_driver(robot), not options.without_watchdog
     if options.action == "calibrate":
-        path = bench.calibrate(driver, options.calibrations, options.speed, print_line)
+        path = bench.calibrate(
+            driver, options.calibrations, options.speed, print_line, needs_watchdog=needs_watchdog
+        )
         print_line(f"written to {path}")
         return
     calibrated = CalibratedDriver(driver, options.calibrations)
@@ -124,10 +126,12 @@ def _use_on_bench(options: argparse.Namespace) -> None:
     elif options.left is None and options.right is None:
         from crcolony_bridge.arrow_keys import drive_with_keys
 
-        drive_with_keys(calibrated, options.speed, print_line)
+        drive_with_keys(calibrated, options.speed, print_line, needs_watchdog=needs_watchdog)
     else:
         left, right = options.left or 0.0, options.right or 0.0
-        bench.drive(calibrated, left, right, options.seconds, print_line)
+        bench.drive(
+            calibrated, left, right, options.seconds, print_line, needs_watchdog=needs_watchdog
+        )
 
 
 def _check(options: argparse.Namespace) -> None:

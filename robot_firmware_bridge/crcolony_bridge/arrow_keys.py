@@ -26,11 +26,18 @@ _DIRECTIONS = {
 """How the wheels turn, left and right, for up, down, right and left."""
 
 
-def drive_with_keys(driver: Driver, speed_m_s: float, print_line: Callable[[str], None]) -> None:
+def drive_with_keys(
+    driver: Driver,
+    speed_m_s: float,
+    print_line: Callable[[str], None],
+    *,
+    needs_watchdog: bool = True,
+) -> None:
     """Drive until q is pressed; the space bar stops. Raises DeviceError without a terminal, or if the robot is lost."""
     if not sys.stdin.isatty():
         raise DeviceError("drive: arrow keys need a terminal; or give --left and --right")
-    with opened(driver), _raw(sys.stdin.fileno()) as terminal:
+    opening = opened(driver, needs_watchdog=needs_watchdog)
+    with opening, _raw(sys.stdin.fileno()) as terminal:
         body = DriverBody(driver, PERIOD_S)
         print_line("arrow keys drive, space stops, q ends\r")
         wheels, until_s = (0.0, 0.0), 0.0

@@ -11,6 +11,7 @@ from concurrent.futures import Future
 from crcolony.compiled import FloatArray
 from crcolony_bridge.driver import Driver, DriverState, Reading
 from crcolony_bridge.errors import DeviceError, DeviceLostError
+from crcolony_bridge.watchdog_rule import check_watchdog
 
 _READ_TIMEOUT_S = 0.05
 _OPEN_RETRY_S = 1.0
@@ -24,11 +25,19 @@ _EXHAUSTED = "battery critical: it stands still until it is charged"
 class AttachedRobot:
     """Runs a driver from `start` to `close`. `name` is what a person calls the robot.
 
-    `print_line` receives, on the thread, what a person should read.
+    `print_line` receives, on the thread, what a person should read. Without `needs_watchdog` a robot is accepted whose
+    wheels turn on when this machine dies.
     """
 
-    def __init__(self, name: str, driver: Driver, print_line: Callable[[str], None]) -> None:
-        self.name = name
+    def __init__(
+        self,
+        name: str,
+        driver: Driver,
+        print_line: Callable[[str], None],
+        *,
+        needs_watchdog: bool = True,
+    ) -> None:
+        self.name, self._needs_watchdog = name, needs_watchdog
         self._driver, self._print_line = driver, print_line
         self._mutex = threading.Lock()
         self._reading: Reading | None = None
@@ -46,7 +55,7 @@ class AttachedRobot:
     def open(self) -> None:
         """Connect; a robot that is not there yet may come later. Raises DeviceError if a person has to do something."""
         try:
-            self._driver.open()
+            self._open_driver()
         except DeviceLostError as error:
             self._show(f"waits for it: {error}")
 
@@ -184,9 +193,19 @@ class AttachedRobot:
             with self._mutex:
                 self._beacon = self._beacon or beacon
 
+    def _open_driver(self) -> None:
+        """Connect; what a robot is, one that was plugged in later too, is known only then."""
+        self._driver.open()
+        try:
+            described = self._driver.description
+            check_watchdog(self.name, described, is_needed=self._needs_watchdog)
+        except DeviceError:
+            self._driver.close()
+            raise
+
     def _open_again(self) -> None:
         try:
-            self._driver.open()
+            self._open_driver()
         except (DeviceError, DeviceLostError) as error:
             self._show(f"waits for it: {error}")
             self._is_closed.wait(_OPEN_RETRY_S)

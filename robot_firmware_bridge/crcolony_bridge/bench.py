@@ -15,6 +15,7 @@ from crcolony_bridge.calibration import Calibration
 from crcolony_bridge.driver import Driver, Reading, RobotDescription
 from crcolony_bridge.driver_body import DriverBody
 from crcolony_bridge.errors import DeviceError, DeviceLostError
+from crcolony_bridge.watchdog_rule import check_watchdog
 
 PERIOD_S = 0.1
 _TTL_S = 0.3
@@ -28,10 +29,14 @@ _WHEELS = slice(contract.WHEELS, contract.WHEELS + 2)
 
 
 @contextmanager
-def opened(driver: Driver) -> Iterator[Driver]:
-    """Have a robot open inside the context. Raises DeviceError if it is not there, or is lost meanwhile."""
+def opened(driver: Driver, *, needs_watchdog: bool) -> Iterator[Driver]:
+    """Have a robot open inside the context.
+
+    Raises DeviceError if it is not there, is lost meanwhile, or has no watchdog and needs one.
+    """
     try:
         driver.open()
+        check_watchdog(driver.description.model, driver.description, is_needed=needs_watchdog)
         yield driver
     except DeviceLostError as error:
         raise DeviceError(str(error)) from None
@@ -41,7 +46,7 @@ def opened(driver: Driver) -> Iterator[Driver]:
 
 def probe(driver: Driver, print_line: Callable[[str], None]) -> None:
     """Print what a robot is, and what it measures within a second, standing still."""
-    with opened(driver):
+    with opened(driver, needs_watchdog=False):  # it stands still
         for line in _describe(driver.description):
             print_line(line)
         readings: list[Reading] = []
@@ -65,9 +70,11 @@ def drive(
     right_m_s: float,
     seconds: float,
     print_line: Callable[[str], None],
+    *,
+    needs_watchdog: bool = True,
 ) -> None:
     """Turn the wheels for some seconds, and print how fast they turn."""
-    with opened(driver):
+    with opened(driver, needs_watchdog=needs_watchdog):
         body = DriverBody(driver, PERIOD_S)
         for k, row in enumerate(_driven(body, left_m_s, right_m_s, seconds)):
             if k % 5 == 0:
@@ -78,10 +85,15 @@ def drive(
 
 
 def calibrate(
-    driver: Driver, folder: Path, speed_m_s: float, print_line: Callable[[str], None]
+    driver: Driver,
+    folder: Path,
+    speed_m_s: float,
+    print_line: Callable[[str], None],
+    *,
+    needs_watchdog: bool = True,
 ) -> Path:
     """Measure what differs in this very robot, standing, driving ahead and turning; write it, and return where."""
-    with opened(driver):
+    with opened(driver, needs_watchdog=needs_watchdog):
         robot = driver.description
         before = Calibration.load(folder, robot.uid)
         body = DriverBody(driver, PERIOD_S)

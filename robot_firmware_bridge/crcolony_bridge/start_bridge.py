@@ -47,14 +47,19 @@ def run_bridge(options: BridgeOptions, network: NetworkSettings) -> None:
     stop = ShutdownSignal(wake=inbox.wake)
     name, period_s = options.name, options.period_s
     attached = [
-        AttachedRobot(robot, CalibratedDriver(make_driver(robot), options.calibrations), print_line)
+        AttachedRobot(
+            robot,
+            CalibratedDriver(make_driver(robot), options.calibrations),
+            print_line,
+            needs_watchdog=options.needs_watchdog,
+        )
         for robot in options.robots
     ]
     with contextlib.ExitStack() as opened:
         for robot in attached:
             opened.callback(robot.close)
             robot.open()
-            _check(robot, attached, options)
+            _check_uid(robot, attached)
         connection = opened.enter_context(open_connection(network, stop, print_line))
         if connection is None:
             return
@@ -76,13 +81,9 @@ def run_bridge(options: BridgeOptions, network: NetworkSettings) -> None:
         print_line(f"stopped at tick {bodies.tick}")
 
 
-def _check(robot: AttachedRobot, attached: Sequence[AttachedRobot], options: BridgeOptions) -> None:
-    """Raise DeviceError for a robot that is connected and should not be driven."""
+def _check_uid(robot: AttachedRobot, attached: Sequence[AttachedRobot]) -> None:
+    """Raise DeviceError for a robot that has the uid of another one."""
     described = robot.driver.description
-    if robot.is_connected and options.needs_watchdog and described.watchdog == "none":
-        raise DeviceError(
-            f"{robot.name}: nothing stops its wheels when this machine dies; if it can do no harm: --without-watchdog"
-        )
     for other in attached:
         if other is robot or not (robot.is_connected and other.is_connected):
             continue

@@ -17,7 +17,13 @@ class FakeDriver:
     def __init__(self, *, is_present: bool = True) -> None:
         self.state = DriverState.CLOSED
         self.description = RobotDescription(
-            "fake", "0001", proximity_bearings_rad=(0.0,), battery_full_v=4.0, battery_empty_v=3.0
+            "fake",
+            "0001",
+            proximity_bearings_rad=(0.0,),
+            battery_full_v=4.0,
+            battery_empty_v=3.0,
+            watchdog="firmware",
+            watchdog_s=0.5,
         )
         self.trouble = ""
         self.is_present, self.is_latched, self.confirms = is_present, False, True

@@ -1,5 +1,6 @@
 """A thread drives an attached robot: newest action, newest reading, and no motion without a driver or under a stop."""
 
+import dataclasses
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -127,6 +128,24 @@ def test_a_robot_that_is_not_plugged_in_is_waited_for() -> None:
     setup.robot.close()
     with pytest.raises(DeviceError, match="permission denied"):
         AttachedRobot("desk", BrokenDriver(), setup.lines.append).open()
+
+
+def test_a_robot_that_nothing_stops_is_refused_when_it_is_plugged_in_later_too() -> None:
+    """What it is shows only when it is connected."""
+    driver = FakeDriver(is_present=False)
+    driver.description = dataclasses.replace(driver.description, watchdog="none")
+    setup = Setup(driver)
+    setup.robot.drive(True)
+    setup.robot.act(forward())
+    driver.is_present = True
+    wait_until(lambda: "nothing stops its wheels" in setup.lines[-1], "it is refused")
+    assert not setup.robot.is_connected
+    setup.robot.close()
+    assert not driver.written
+    with pytest.raises(DeviceError, match="desk: nothing stops its wheels"):
+        AttachedRobot("desk", driver, setup.lines.append).open()
+    AttachedRobot("desk", driver, setup.lines.append, needs_watchdog=False).open()
+    assert driver.state is DriverState.INACTIVE
 
 
 def test_infrared_messages_wait_for_the_control_period(setup: Setup) -> None:

@@ -113,6 +113,29 @@ class ShutdownSignal:
             sys.__unraisablehook__(lost)
 
 
+@contextlib.contextmanager
+def interrupted_once() -> Iterator[None]:
+    """A context that SIGTERM, or a terminal that is closed, ends as Ctrl-C does: at once, and by what closes it.
+
+    Nothing interrupts that a second time.
+    """
+    earlier = {number: signal.getsignal(number) for number in _SIGNALS}
+    taken = [n for n, h in earlier.items() if n != signal.SIGHUP or h is not signal.SIG_IGN]
+
+    def interrupt(_number: int, _frame: FrameType | None) -> None:
+        for number in taken:
+            signal.signal(number, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    for number in taken:
+        signal.signal(number, interrupt)
+    try:
+        yield
+    finally:
+        for number in taken:
+            signal.signal(number, earlier[number])
+
+
 def end_with_parent() -> None:
     """Send this process SIGTERM as soon as the process that started it is gone, if `ENDS_WITH_PARENT` is set.
 

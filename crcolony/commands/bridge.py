@@ -7,6 +7,7 @@ from pathlib import Path
 from crcolony.commands.network_options import NAME_RULE, add_network, check_names, network_of
 from crcolony.commands.options import UsageError, add_examples
 from crcolony.errors import EXIT_OK, CrcolonyError
+from crcolony.shutdown import interrupted_once
 
 _ACTIONS = ("serve", "list", "probe", "drive", "calibrate")
 
@@ -92,7 +93,8 @@ def _bridge(options: argparse.Namespace) -> int:
         )
         run_bridge(settings, network_of(options, listens_here=True))
     else:
-        _use_on_bench(options)
+        with interrupted_once():  # a robot is left standing still, however this ends
+            _use_on_bench(options)
     return EXIT_OK
 
 

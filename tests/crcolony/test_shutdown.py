@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import pytest
 
-from crcolony.shutdown import ShutdownSignal
+from crcolony.shutdown import ShutdownSignal, interrupted_once
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
@@ -101,6 +101,28 @@ def test_a_signal_interrupts_only_what_may_be_left_undone_whenever_it_comes() ->
             with is_stopped.interruptible():
                 sum(range(100))
         sender.join()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_what_closes_itself_and_nothing_interrupts_that(
+    number: signal.Signals,
+) -> None:
+    """However often it comes; afterwards signals have the effect again that they had."""
+    before = signal.getsignal(number)
+    steps: list[str] = []
+
+    def work() -> None:
+        try:
+            os.kill(os.getpid(), number)
+            steps.append("goes on")
+        finally:
+            os.kill(os.getpid(), number)
+            steps.append("closed")
+
+    with pytest.raises(KeyboardInterrupt), interrupted_once():
+        work()
+    assert steps == ["closed"]
+    assert signal.getsignal(number) is before
 
 
 def test_a_shutdown_follows_after_the_given_minutes(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -55,8 +55,8 @@ class EmulatedFirmware(EmulatedRobot):
         """Keep the firmware's loop from going on."""
 
 
-class BenchRobot(EmulatedFirmware):
-    """An emulator that is a bench of the firmware's: told by lines on its standard input, and telling on its output."""
+class BenchProcess(EmulatedRobot):
+    """An emulator that is told by lines on its standard input, and tells on its output."""
 
     @abstractmethod
     def _launch(self) -> "subprocess.Popen[str]":
@@ -75,10 +75,6 @@ class BenchRobot(EmulatedFirmware):
         assert self._process.stdin is not None
         self._process.stdin.write(f"{line}\n")
 
-    def hang(self) -> None:
-        """See `EmulatedFirmware`."""
-        self.tell("hang")
-
     def switch_off(self) -> None:
         """See `EmulatedRobot`."""
         self._process.kill()
@@ -92,6 +88,14 @@ class BenchRobot(EmulatedFirmware):
         assert process.stdout is not None
         for line in process.stdout:
             self._add(line.strip())
+
+
+class BenchRobot(BenchProcess, EmulatedFirmware):
+    """A bench with the reference firmware."""
+
+    def hang(self) -> None:
+        """See `EmulatedFirmware`."""
+        self.tell("hang")
 
 
 class AvrRobot(BenchRobot):

@@ -12,14 +12,9 @@ import pytest
 
 from tests.robot_firmware_bridge.emulated_robot import BenchRobot
 from tests.robot_firmware_bridge.firmware import FIRMWARE, build
-from tests.support.paths import ROOT
+from tests.robot_firmware_bridge.npm_packages import package_of_npm
 
-_PLACES = (
-    ROOT / "node_modules",
-    Path("/usr/local/lib/node_modules"),
-    Path("/usr/lib/node_modules"),
-)
-_EMULATOR = next((place / "rp2040js" for place in _PLACES if (place / "rp2040js").exists()), None)
+_EMULATOR = package_of_npm("rp2040js")
 
 needs_rp2040 = pytest.mark.skipif(
     _EMULATOR is None or any(shutil.which(tool) is None for tool in ("arm-none-eabi-gcc", "node")),

@@ -58,7 +58,9 @@ def test_a_probe_says_what_a_robot_is() -> None:
 def test_a_robot_that_nothing_stops_is_not_driven_by_hand_either(tmp_path: Path) -> None:
     """Unless a person says that it can do no harm: whoever drives by hand can lose the machine, too."""
     robot = SkewedRobot()
-    with pytest.raises(DeviceError, match=r"skewed: nothing stops its wheels .* --without-watchdog"):
+    with pytest.raises(
+        DeviceError, match=r"skewed: nothing stops its wheels .* --without-watchdog"
+    ):
         drive(robot, 0.1, 0.1, 1.0, lambda line: None)
     with pytest.raises(DeviceError, match="nothing stops its wheels"):
         calibrate(robot, tmp_path, 0.1, lambda line: None)

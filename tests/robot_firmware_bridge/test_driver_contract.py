@@ -2,16 +2,19 @@
 
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from crcolony_bridge.aseba.driver import AsebaRobot
 from crcolony_bridge.driver import Driver
 from crcolony_bridge.driver_contract_test import DriverContract
+from crcolony_bridge.firmata.driver import FirmataRobot
 from crcolony_bridge.reference_firmware.driver import SerialFirmware
 
 from crcolony.body import contract
 from crcolony.compiled import FloatArray
 from tests.robot_firmware_bridge.emulated_robot import emulated_robot
+from tests.robot_firmware_bridge.firmata.uno_robot import needs_firmata, uno_robot
 from tests.robot_firmware_bridge.firmware import needs_avr
 from tests.robot_firmware_bridge.playground import (
     PlacedRobot,
@@ -71,4 +74,30 @@ class TestAseba(DriverContract):
         """These robots have no jaw, no loudness, and no infrared."""
         highest = super().highest_action()
         highest[[contract.JAW, contract.SPEAKER, contract.BEACON]] = 0.0
+        return highest
+
+
+@pytest.fixture(scope="module")
+def uno_link(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The device of an emulated Uno."""
+    with uno_robot(tmp_path_factory.mktemp("uno")) as robot:
+        yield robot.host_link
+
+
+@needs_firmata
+class TestFirmata(DriverContract):
+    """Unmodified StandardFirmata: what the contract asks of a robot, this process does."""
+
+    @pytest.fixture(autouse=True)
+    def _emulated(self, uno_link: Path) -> None:
+        self.uno_link = uno_link
+
+    def new_driver(self) -> Driver:
+        """Return a driver of the emulated Uno."""
+        return FirmataRobot(str(self.uno_link))
+
+    def highest_action(self) -> FloatArray:
+        """It has wheels alone."""
+        highest = super().highest_action()
+        highest[contract.JAW : contract.BEACON + 1] = 0.0
         return highest

@@ -18,8 +18,7 @@ _PACKAGE = package_of_npm("avrgirl-arduino")
 _FIRMWARE = _PACKAGE / "junk/hex/uno/StandardFirmata.cpp.hex" if _PACKAGE is not None else None
 needs_firmata = pytest.mark.skipif(
     _FIRMWARE is None or not _FIRMWARE.exists() or not Path("/usr/include/simavr").exists(),
-    reason="apt-get install simavr libsimavr-dev npm, and in the repository"
-    " npm install --no-save avrgirl-arduino@5.0.1",
+    reason="apt-get install simavr libsimavr-dev npm, and .ci/fetch_firmata in the repository",
 )
 
 

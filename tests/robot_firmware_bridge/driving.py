@@ -19,6 +19,11 @@ def drive(ttl_s: float = 0.25, left_m_s: float = 0.2, right_m_s: float = -0.1) -
     return action
 
 
+def any_reading(reading: Reading) -> bool:
+    """Return whether it is one, for `read_until`."""
+    return True
+
+
 def read_until(driver: Driver, is_met: Callable[[Reading], bool]) -> Reading:
     """Return the first reading that meets a condition."""
     end_s = time.monotonic() + 5.0

@@ -1,19 +1,26 @@
 """A robot with StandardFirmata is driven as well as that can be: the unmodified firmware on an emulated Uno."""
 
+import re
 import signal
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from crcolony_bridge.driver import DriverState, Reading
+from crcolony_bridge.driver import DriverState
 from crcolony_bridge.errors import DeviceError
 from crcolony_bridge.firmata import wheels
 from crcolony_bridge.firmata.board import DEFAULT_BOARD, load_board
 from crcolony_bridge.firmata.driver import FirmataRobot, parse_address, uid_of
 
 from crcolony.body import contract
-from tests.robot_firmware_bridge.driving import drive, drive_until, read_until, wait_for_state
+from tests.robot_firmware_bridge.driving import (
+    any_reading,
+    drive,
+    drive_until,
+    read_until,
+    wait_for_state,
+)
 from tests.robot_firmware_bridge.firmata.loose_link import LooseLinks
 from tests.robot_firmware_bridge.firmata.uno_robot import UnoRobot, needs_firmata, uno_robot
 from tests.robot_firmware_bridge.noisy_link import NoisyLinks
@@ -21,17 +28,11 @@ from tests.support.command_line import refusal, run_command, start_command
 
 STOPPED_WITHIN_S = 0.4
 """By this process, from the last command on; while it runs, and the link carries."""
-NOISE, NOISE_S = 0.01, 3.0
-"""The share of bytes that are damaged, and for how long."""
+NOISE_S = 3.0
 TURNING = "wheels 187 -119 "
 """What `drive()` is on the motor shield, whose motors begin to turn at a fifth of full PWM"""
 MOVING = "wheels (?!0 0 )"
 STAND_STILL = wheels.stand_still(load_board(DEFAULT_BOARD))
-
-
-def any_reading(reading: Reading) -> bool:
-    """Return whether it is one."""
-    return True
 
 
 def lose_stops(data: bytes) -> bytes:
@@ -90,9 +91,8 @@ def test_wheels_turn_as_commanded_in_both_directions(uno: UnoRobot, driver: Firm
 
 
 def _observes_wheels(driver: FirmataRobot, left_m_s: float, right_m_s: float) -> None:
-    expected = pytest.approx([left_m_s, right_m_s], abs=0.01)
-    columns = [contract.WHEELS, contract.WHEELS + 1]
-    read_until(driver, lambda found: found.row[columns].tolist() == expected)
+    expected, at = pytest.approx([left_m_s, right_m_s], abs=0.01), contract.WHEELS
+    read_until(driver, lambda found: found.row[at : at + 2].tolist() == expected)
 
 
 def _duty(speed_m_s: float) -> int:
@@ -130,8 +130,7 @@ def test_a_stop_that_was_lost_on_its_way_is_sent_again(
     """Each reading shows whether wheels turn that should not."""
     drive_until(driver, uno, TURNING)
     links.last.lose = lose_stops
-    time.sleep(0.4)
-    assert uno.wheels != (0, 0)
+    assert keeps_turning(uno, 0.4)
     links.last.lose = lambda data: data
     read_until(driver, lambda found: not found.row[contract.WHEELS])
     assert uno.wheels == (0, 0)
@@ -183,12 +182,9 @@ def test_danger_wheels_turn_on_when_the_link_is_cut_until_somebody_connects(
     links.last.close()
     assert keeps_turning(uno, 1.5)
     wait_for_state(driver, DriverState.LOST)
-    assert "unplugged" in driver.trouble
     wait_for_state(driver, DriverState.INACTIVE)
-    assert uno.wheels == (0, 0)
     driver.write(drive())
-    read_until(driver, any_reading)
-    assert uno.wheels == (0, 0)
+    assert not read_until(driver, any_reading).row[contract.WHEELS]
     drive_until(driver, uno, TURNING)
 
 
@@ -216,7 +212,7 @@ def test_a_robot_that_hangs_or_was_unplugged_comes_back_inactive(tmp_path: Path)
 @needs_firmata
 def test_on_a_noisy_line_wheels_do_not_keep_turning(uno: UnoRobot) -> None:
     """No CRC guards these bytes: what noise has started is stopped, and the robot can be driven afterwards."""
-    noisy = NoisyLinks(NOISE)
+    noisy = NoisyLinks(0.01)
     driver = FirmataRobot(str(uno.host_link), connect=noisy.open)
     driver.open()
     noisy.set_noisy(True)
@@ -226,7 +222,6 @@ def test_on_a_noisy_line_wheels_do_not_keep_turning(uno: UnoRobot) -> None:
         driver.write(drive())
         driver.read(0.05)
     noisy.set_noisy(False)
-    read_until(driver, any_reading)
     time.sleep(STOPPED_WITHIN_S)
     read_until(driver, lambda found: not found.row[contract.WHEELS])
     assert uno.wheels == (0, 0)
@@ -247,8 +242,7 @@ def test_it_is_not_driven_by_hand_unless_a_person_allows_it(
     folder = tmp_path / "calibrations"
     options = ["--robot", f"firmata@{uno.host_link}", "--left", "0.1"]
     line = refusal(capsys, "bridge", action, *options, "--calibrations", folder)
-    assert "nothing stops its wheels when this machine dies" in line
-    assert "--without-watchdog" in line
+    assert re.search("nothing stops its wheels when this machine dies.*--without-watchdog", line)
     assert uno.match(MOVING, since) is None
     assert not folder.exists()
 

@@ -5,13 +5,19 @@ import threading
 from collections.abc import Iterator
 
 import pytest
-from crcolony_bridge.driver import DriverState, Reading
+from crcolony_bridge.driver import DriverState
 from crcolony_bridge.errors import DeviceError
 from crcolony_bridge.link import Link, open_link
 from crcolony_bridge.micropython.driver import MicroPythonRobot
 
 from crcolony.body import contract
-from tests.robot_firmware_bridge.driving import drive, drive_until, read_until, wait_for_state
+from tests.robot_firmware_bridge.driving import (
+    any_reading,
+    drive,
+    drive_until,
+    read_until,
+    wait_for_state,
+)
 from tests.robot_firmware_bridge.micropython.microbit_robot import (
     MicrobitRobot,
     microbit_robot,
@@ -54,10 +60,6 @@ def driver(controller: MicroPythonRobot) -> Iterator[MicroPythonRobot]:
     controller.activate()
     yield controller
     controller.close()
-
-
-def any_reading(reading: Reading) -> bool:
-    return True
 
 
 def stop_while_reading(driver: MicroPythonRobot) -> bool:

@@ -3,6 +3,7 @@
 import json
 import threading
 import time
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -36,7 +37,7 @@ _DISCOVERY_S = 0.7
 _TABLE_WIDTH = 110
 """Of a table where the output is no terminal."""
 _ORDER = (
-    "robot", "", "energy", "module", "gen", "matings", "children", "pool", "doubt", "age", "lost",
+    "robot", "", "arena", "energy", "module", "gen", "matings", "children", "pool", "doubt", "age", "lost",
 )  # fmt: skip
 """The columns of the table."""
 _MODULES = {0: "foraging", 1: "mating"}
@@ -44,7 +45,7 @@ _GAP = 2
 """Between two columns."""
 _NUMBERS = ("gen", "matings", "children", "pool", "doubt", "age", "lost")
 """Columns that are aligned to the right."""
-_DROPPED = ("lost", "age", "doubt", "pool", "children", "module", "", "gen", "matings")
+_DROPPED = ("lost", "age", "doubt", "pool", "children", "module", "", "arena", "gen", "matings")
 """Columns that a narrow terminal does not show, in the order in which they are left out."""
 
 
@@ -89,6 +90,9 @@ def table_of(
     """
     table = Table(box=None, pad_edge=False, title_justify="left", title=headline(monitor, unix_s))
     rows = [_row(status, unix_s) for status in monitor.all]
+    if len(monitor.arenas) < 2:
+        for row in rows:
+            row.pop("arena", None)
     names = columns_that_fit(rows, width)
     for name in names:
         table.add_column(name, justify="right" if name in _NUMBERS else "left", no_wrap=True)
@@ -100,28 +104,35 @@ def table_of(
 
 
 def columns_that_fit(rows: Sequence[Mapping[str, str | Text]], width: int) -> list[str]:
-    """Return the columns of a table that are shown: the name and the energy at least, others while there is room."""
-    widths = {name: cell_len(name) for name in _ORDER}
+    """Return the columns of a table that are shown: the name and the energy at least, others while there is room.
+
+    There is no column of arenas where no row says in which its body is.
+    """
+    order = [name for name in _ORDER if name != "arena" or any(name in row for row in rows)]
+    widths = {name: cell_len(name) for name in order}
     for row in rows:
         for name, cell in row.items():
             widths[name] = max(widths[name], cell_len(str(cell)))
-    names = list(_ORDER)
     for dropped in _DROPPED:
-        if sum(widths[name] + _GAP for name in names) - _GAP > width:
-            names.remove(dropped)
-    return names
+        if dropped in order and sum(widths[name] + _GAP for name in order) - _GAP > width:
+            order.remove(dropped)
+    return order
 
 
 def headline(monitor: ColonyMonitor, unix_s: float) -> str:
     """Return a line with the number of robots that are alive, and the state of the arenas."""
     starting = sum(not s.is_alive and bool(s.doing(unix_s)) for s in monitor.robots.values())
     robots = f"{len(monitor.alive)} robots alive" + (f", {starting} starting" if starting else "")
-    arenas = [_format_arena(arena, unix_s) for _, arena in sorted(monitor.arenas.items())]
+    bodies = Counter(s.state.arena for s in monitor.alive if s.state is not None)
+    arenas = [
+        _format_arena(arena, bodies[name], unix_s) for name, arena in sorted(monitor.arenas.items())
+    ]
     return f"{robots}   " + ("   ".join(arenas) or "no arena online")
 
 
-def _format_arena(arena: ArenaStatus, unix_s: float) -> str:
-    online = f"tick {arena.scene.tick}" if arena.scene else "no scene yet"
+def _format_arena(arena: ArenaStatus, bodies: int, unix_s: float) -> str:
+    """Return the state of an arena; a bridge has bodies and no scene, for nobody sees its robots from above."""
+    online = f"tick {arena.scene.tick}" if arena.scene else f"{bodies} bodies, no scene"
     return f"arena {arena.name}: " + (
         online if arena.is_alive else arena.doing(unix_s) or "offline"
     )
@@ -145,6 +156,7 @@ def _row(status: RobotStatus, unix_s: float) -> dict[str, str | Text]:
         "": Text.assemble(
             (presence, style), f" ({status.restarts} restarts)" if status.restarts else ""
         ),
+        "arena": state.arena,
         "energy": f"{bar:░<8} {state.energy:.2f}",
         "module": _MODULES.get(state.module, "-") if state.arena else doing or "no body",
         "gen": str(state.generation),

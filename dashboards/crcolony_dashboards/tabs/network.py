@@ -184,8 +184,8 @@ class NetworkTab:
 
         robots = view.monitor.all
         lines = [
-            "| robot | | energy | gen | matings | offspring | peers | doubt | age | restarts |",
-            "|---|---|---|---|---|---|---|---|---|---|",
+            "| robot | | arena | energy | gen | matings | offspring | peers | doubt | age | restarts |",
+            "|---|---|---|---|---|---|---|---|---|---|---|",
             *(_row(view, status, moment) for status in robots[:_MAX_ROWS]),
         ]
         if len(robots) > _MAX_ROWS:
@@ -199,10 +199,10 @@ def _row(view: ColonyView, status: RobotStatus, moment: Moment) -> str:
     is_stale = view.is_stale(status, moment.unix_s)
     presence = "offline" if not status.is_alive else "silent" if is_stale else "online"
     if state is None:
-        return f"| {name} | {presence} | | | | | | | | |"
+        return f"| {name} | {presence} | | | | | | | | | |"
     age_s = max(0.0, moment.unix_s - status.updated_s)
     doubt = f"{state.doubts}" + (f" ({state.orphaned} orphaned)" if state.orphaned else "")
     return (
-        f"| {name} | {presence} | {state.energy:.2f} | {state.generation} | {state.matings}"
+        f"| {name} | {presence} | {state.arena} | {state.energy:.2f} | {state.generation} | {state.matings}"
         f" | {state.conceptions} | {state.peers} | {doubt} | {age_s:.1f} s | {status.restarts} |"
     )

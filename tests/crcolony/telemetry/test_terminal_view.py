@@ -104,7 +104,7 @@ def test_a_robot_that_starts_is_shown_with_what_it_does() -> None:
     assert headline(monitor, T + 3.0) == "0 robots alive   arena lab: offline"
     monitor.online()
     monitor.handle("online", ARENA.alive(7, "a"))
-    assert headline(monitor, T + 1.0) == "1 robots alive   arena lab: no scene yet"
+    assert headline(monitor, T + 1.0) == "1 robots alive   arena lab: 0 bodies, no scene"
 
 
 def test_a_robot_without_a_body_is_shown_with_what_it_waits_for() -> None:
@@ -124,8 +124,20 @@ def test_the_headline_shows_the_arenas(monitor: FedMonitor) -> None:
     """Offline ones, and those without a scene, too."""
     monitor.handle("offline", ARENA.alive(7, "a"))
     monitor.handle("online", "crcolony/1/arena/other/alive/1/a")
-    title = "2 robots alive   arena lab: offline   arena other: no scene yet"
+    title = "2 robots alive   arena lab: offline   arena other: 0 bodies, no scene"
     assert headline(monitor, T) == title
+
+
+def test_where_there_are_several_arenas_the_table_says_in_which_a_body_is(
+    monitor: FedMonitor,
+) -> None:
+    """A bridge is one whose bodies nobody sees from above."""
+    assert "arena" not in shown(monitor, T)[1].split()
+    monitor.handle("online", "crcolony/1/arena/bridge/alive/1/a")
+    monitor.state(msgspec.structs.replace(state(robot=PEER), arena="bridge"))
+    assert headline(monitor, T).endswith("arena bridge: 1 bodies, no scene   arena lab: tick 70000")
+    assert "arena" in shown(monitor, T)[1].split()
+    assert any("bridge" in row for row in shown(monitor, T)[2:])
 
 
 def test_the_line_summarises_the_robots(monitor: FedMonitor) -> None:

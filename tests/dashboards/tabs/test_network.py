@@ -166,14 +166,23 @@ class TestTable:
     def test_a_robot_is_online_silent_or_offline(self, show: TabHarness) -> None:
         """One without a state has an empty row."""
         show.telemetry.join(
-            0, 1, energy=0.25, generation=2, matings=4, conceptions=3, peers=1, doubts=0, orphaned=0
+            0,
+            1,
+            energy=0.25,
+            generation=2,
+            matings=4,
+            conceptions=3,
+            peers=1,
+            doubts=0,
+            orphaned=0,
+            arena="lab",
         )
         show.telemetry.online(2)
         show.telemetry.offline(1)
         _, _, *rows = self.rows(show)
-        assert rows[0] == "| #0 | online | 0.25 | 2 | 4 | 3 | 1 | 0 | 1.5 s | 0 |"
+        assert rows[0] == "| #0 | online | lab | 0.25 | 2 | 4 | 3 | 1 | 0 | 1.5 s | 0 |"
         assert rows[1].startswith("| #1 | offline | ")
-        assert rows[2].endswith(" | silent | | | | | | | | |")
+        assert rows[2].endswith(" | silent | | | | | | | | | |")
         show.telemetry.at_s += SILENT_AFTER_S
         assert self.rows(show)[2].startswith("| #0 | silent | ")
 

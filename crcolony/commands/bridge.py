@@ -7,6 +7,7 @@ from pathlib import Path
 from crcolony.commands.network_options import NAME_RULE, add_network, check_names, network_of
 from crcolony.commands.options import UsageError, add_examples
 from crcolony.errors import EXIT_OK, CrcolonyError
+from crcolony.protocol.stop_messages import MAX_ATTACHED
 from crcolony.shutdown import interrupted_once
 
 _ACTIONS = ("serve", "list", "probe", "drive", "calibrate")
@@ -155,5 +156,7 @@ def _check(options: argparse.Namespace) -> None:
         raise UsageError(
             "--robot is missing: which robot? crcolony bridge list shows what there is"
         )
+    if len(options.robot) > MAX_ATTACHED:
+        raise UsageError(f"{len(options.robot)} robots: a bridge has at most {MAX_ATTACHED}")
     if options.action not in ("list", "serve") and len(options.robot) > 1:
         raise UsageError(f"bridge {options.action}: one --robot at a time")

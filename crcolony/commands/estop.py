@@ -49,17 +49,22 @@ def _estop(options: argparse.Namespace) -> int:
 
 def _lines(result: "StopResult", done: str) -> list[str]:
     robots = [robot for reply in result.replies for robot in reply.robots]
+    if not result.is_connected:
+        return ["nobody can be reached: what moves, moves on; is --connect right?"]
     if not result.replies and not result.silent:
         return ["no arena and no bridge is there: nothing to stop"]
     confirmed = sum(robot.count for robot in robots if robot.confirmed)
     total = sum(robot.count for robot in robots)
     lines = [f"{confirmed} of {total} bodies {done}, confirmed within {result.took_s:.2f} s"]
     lines += [
-        f"NOT {done}: {robot.name} of {reply.arena}: {robot.trouble}"
+        f"NOT {done}: {robot.name} of {reply.address.arena}: {robot.trouble}"
         for reply in result.replies
         for robot in reply.robots
         if not robot.confirmed
     ]
-    lines += [f"NO ANSWER from {name}: its bodies may move" for name in sorted(result.silent)]
+    lines += [
+        f"NO ANSWER from {address.arena} (session {address.session[:8]}): its bodies may move"
+        for address in sorted(result.silent)
+    ]
     latches = sorted({reply.latch for reply in result.replies if reply.latch})
     return lines + [f"to release: crcolony estop --clear {latch}" for latch in latches]

@@ -140,11 +140,11 @@ def parse_arena_token(key: str) -> ArenaToken | None:
     return None
 
 
-def parse_stoppable(key: str) -> str | None:
-    """Return the name of the bridge whose token this is, None for other keys."""
+def parse_stoppable(key: str) -> tuple[str, str] | None:
+    """Return name and session of the arena or bridge whose token this is, None for other keys."""
     match chunks(key):
         case ["arena", arena, "stoppable", session] if _are_names(arena, session):
-            return arena
+            return arena, session
     return None
 
 

@@ -9,7 +9,9 @@ from crcolony.protocol.codec import MAX_BODY_MESSAGE_BYTES, Message, Name, Stric
 
 MAX_ATTACHED = 32
 """Robots that one bridge reports."""
-MAX_REPLY_BYTES = 16_384
+MAX_OTHERS = 64
+"""Arenas and bridges that a reply names."""
+MAX_REPLY_BYTES = 32_768
 """Largest `stop_reply`."""
 Latch = Annotated[int, Meta(ge=0, lt=2**62)]
 
@@ -38,13 +40,29 @@ class StoppedRobot(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_
     """Why it has not; "" if it has"""
 
 
-class StopReply(Message, frozen=True, tag="stop_reply"):
-    """Reply of an arena or a bridge: `latch` identifies the stop that holds its bodies, 0 for none."""
+class StopAddress(
+    msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True, order=True
+):
+    """A process that answers stops: the name of an arena or a bridge, which others may have too, and its session."""
 
     arena: Name
+    session: Name
+
+
+class StopReply(Message, frozen=True, tag="stop_reply"):
+    """Reply of an arena or a bridge: `latch` identifies the stop that holds its bodies, 0 for none.
+
+    Who has been away for a moment, or hangs, cannot be found by who asks now, but those that were connected before know
+    it: `others` are the arenas and bridges that the replying one sees.
+    """
+
+    address: StopAddress
     latch: Latch
     robots: Annotated[list[StoppedRobot], Meta(max_length=MAX_ATTACHED)]
+    others: Annotated[list[StopAddress], Meta(max_length=MAX_OTHERS)]
 
 
 decode_stop = StrictDecoder[Stop | Clear](Stop | Clear, MAX_BODY_MESSAGE_BYTES).decode
-decode_stop_reply = StrictDecoder[StopReply](StopReply, MAX_REPLY_BYTES, MAX_ATTACHED).decode
+decode_stop_reply = StrictDecoder[StopReply](
+    StopReply, MAX_REPLY_BYTES, max(MAX_ATTACHED, MAX_OTHERS)
+).decode

@@ -5,7 +5,13 @@ import time
 from dataclasses import dataclass
 
 from crcolony.protocol.codec import WireError, encode
-from crcolony.protocol.stop_messages import Clear, Stop, StopReply, decode_stop_reply
+from crcolony.protocol.stop_messages import (
+    Clear,
+    Stop,
+    StopAddress,
+    StopReply,
+    decode_stop_reply,
+)
 from crcolony.transport.close_session import closing
 from crcolony.transport.zenoh_session import NetworkSettings, has_links, open_session
 from crcolony.transport.zenoh_stop import ask_to_stop
@@ -18,12 +24,15 @@ _POLL_S = 0.02
 
 @dataclass(frozen=True)
 class StopResult:
-    """What was answered: a reply of every bridge, and the names of those that are there and did not answer."""
+    """What was answered, and what was not."""
 
     replies: tuple[StopReply, ...]
-    silent: frozenset[str]
+    silent: frozenset[StopAddress]
+    """Arenas and bridges that are there, as far as we or those who replied see, and have not replied"""
     took_s: float
     """From the first message to the last new reply"""
+    is_connected: bool
+    """Whether anybody was reached at all"""
 
 
 def stop_robots(network: NetworkSettings, arena: str, latch: int | None) -> StopResult:
@@ -32,25 +41,39 @@ def stop_robots(network: NetworkSettings, arena: str, latch: int | None) -> Stop
     Raises NetworkError where nobody can be reached.
     """
     message = encode(Stop(secrets.token_bytes(16)) if latch is None else Clear(latch))
-    replies: dict[str, StopReply] = {}
-    silent: set[str] = set()
+    replies: dict[StopAddress, StopReply] = {}
+    is_connected = False
     with closing(open_session(network)) as session:
         end_s = time.monotonic() + _DISCOVERY_S
         while not has_links(session) and time.monotonic() < end_s:
             time.sleep(_POLL_S)
         began_s = last_s = time.monotonic()
         while True:
-            answers, silent = ask_to_stop(session, arena, message, _ROUND_S)
-            for bridge, data in answers.items():
-                reply = _decoded(data)
-                if reply is None:
-                    silent.add(bridge)
-                elif bridge not in replies or _is_better(reply, replies[bridge]):
-                    replies[bridge] = reply
+            answers, seen = ask_to_stop(session, arena, message, _ROUND_S)
+            is_connected = is_connected or has_links(session)
+            for reply in filter(None, map(_decoded, answers)):
+                earlier = replies.get(reply.address)
+                if earlier is None or _is_better(reply, earlier):
+                    replies[reply.address] = reply
                     last_s = time.monotonic()
+            silent = _silent(replies, seen, arena)
             if time.monotonic() > end_s or (replies and not silent and latch is not None):
                 break
-    return StopResult(tuple(replies.values()), frozenset(silent), last_s - began_s)
+    return StopResult(
+        tuple(replies[address] for address in sorted(replies)),
+        frozenset(silent),
+        last_s - began_s,
+        is_connected,
+    )
+
+
+def _silent(
+    replies: dict[StopAddress, StopReply], seen: set[StopAddress], arena: str
+) -> set[StopAddress]:
+    """Return who is there and has not replied."""
+    named = {other for reply in replies.values() for other in reply.others}
+    there = {address for address in seen | named if arena in ("*", address.arena)}
+    return there - replies.keys()
 
 
 def _decoded(data: bytes) -> StopReply | None:

@@ -19,7 +19,7 @@ from crcolony.transport.open_files import allow_open_files
 from crcolony.transport.wait_for_network import open_connection
 from crcolony.transport.zenoh_arena import ArenaTransport, activity_of_arena
 from crcolony.transport.zenoh_session import NetworkSettings, Session, declared_as_observer
-from crcolony.transport.zenoh_stop import answering_stops
+from crcolony.transport.zenoh_stop import answering_stops, stop_address
 
 if TYPE_CHECKING:
     from crcolony.nodes.arena_node import ArenaNode
@@ -64,7 +64,9 @@ def run_arena(
         if claimed is not None and claimed.is_new:
             arena.save()
             claimed.begin()
-        stops = StopServer([SimulatedBodies(node)], name, print_line)
+        stops = StopServer(
+            [SimulatedBodies(node)], stop_address(connection.session, name), print_line
+        )
         process = ArenaProcess(arena, inbox)
         print_line(f"arena {name} with {config.robots} slots, {format_clock(wall_period_s)}")
         with answering_stops(connection.session, name, stops.answer):

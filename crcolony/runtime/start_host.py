@@ -40,7 +40,7 @@ from crcolony.transport.wait_for_network import open_connection
 from crcolony.transport.zenoh_arena import ArenaTransport
 from crcolony.transport.zenoh_robots import RobotTransport
 from crcolony.transport.zenoh_session import NetworkSettings
-from crcolony.transport.zenoh_stop import answering_stops
+from crcolony.transport.zenoh_stop import answering_stops, stop_address
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,9 @@ def run_host(options: HostOptions, opened_folder: ColonyFolder) -> None:
             f"{options.count} robots of colony {options.colony} in arena {options.arena},"
             f" and {config.robots - options.count} slots for others"
         )
-        stops = StopServer([SimulatedBodies(arena)], options.arena, print_line)
+        stops = StopServer(
+            [SimulatedBodies(arena)], stop_address(session, options.arena), print_line
+        )
         opened.enter_context(answering_stops(session, options.arena, stops.answer))
         stop.end_after(options.minutes)
         try:

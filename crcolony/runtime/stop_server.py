@@ -11,6 +11,8 @@ from crcolony.protocol.codec import WireError, encode
 from crcolony.protocol.stop_messages import (
     MAX_ATTACHED,
     Clear,
+    Stop,
+    StopAddress,
     StoppedRobot,
     StopReply,
     decode_stop,
@@ -49,28 +51,34 @@ class Stoppable(Protocol):
 
 
 class StopServer:
-    """Answers stops and clears; `arena` is the name of the arena or bridge."""
+    """Answers stops and clears; `address` is that of the arena or bridge."""
 
     def __init__(
-        self, bodies: Sequence[Stoppable], arena: str, print_line: Callable[[str], None]
+        self, bodies: Sequence[Stoppable], address: StopAddress, print_line: Callable[[str], None]
     ) -> None:
-        self._bodies, self._arena, self._print_line = list(bodies), arena, print_line
+        self._bodies, self._address, self._print_line = list(bodies), address, print_line
         self._latch = 0
         self._stops: OrderedDict[bytes, None] = OrderedDict()
         """Ids of stops that were carried out"""
         self._mutex = threading.Lock()
 
-    def answer(self, message: bytes) -> bytes | None:
-        """Carry out a message and return the reply, None if it is malformed. Any thread may call it."""
+    def answer(self, message: bytes, others: Sequence[StopAddress]) -> bytes | None:
+        """Carry out a message and return the reply, None if it is malformed. Any thread may call it.
+
+        `others` are the arenas and bridges that are there, too.
+        """
         try:
             request = decode_stop(message)
         except WireError:
             return None
-        if isinstance(request, Clear):
-            return self._clear(request.latch)
-        return self._stop(request.id)
+        match request:
+            case Clear(latch=latch):
+                robots = self._clear(latch)
+            case Stop(id=stop):
+                robots = self._stop(stop)
+        return encode(StopReply(self._address, self._latch, robots[:MAX_ATTACHED], list(others)))
 
-    def _stop(self, stop: bytes) -> bytes:
+    def _stop(self, stop: bytes) -> list[StoppedRobot]:
         with self._mutex:
             is_held = self._latch != 0
             is_replayed = stop in self._stops and not is_held
@@ -80,32 +88,32 @@ class StopServer:
                 if len(self._stops) > _MAX_STOPS:
                     self._stops.popitem(last=False)
         if is_replayed:
-            return self._reply([False] * len(self._bodies), "this stop was released: a replay")
+            return self._report([False] * len(self._bodies), "this stop was released: a replay")
         if not is_held:
             self._print_line(
                 f"EMERGENCY STOP: nothing moves until crcolony estop --clear {self._latch}"
             )
-        return self._reply(self._ask_all(lambda body: body.hold()), "not confirmed")
+        return self._report(self._ask_all(lambda body: body.hold()), "not confirmed")
 
-    def _clear(self, latch: int) -> bytes:
+    def _clear(self, latch: int) -> list[StoppedRobot]:
         with self._mutex:
             is_right = latch == self._latch != 0
         if not is_right:
-            return self._reply([False] * len(self._bodies), "held by another stop, or by none")
+            return self._report([False] * len(self._bodies), "held by another stop, or by none")
         confirmed = self._ask_all(lambda body: body.release())
         self._print_line(f"{sum(confirmed)} of {len(confirmed)} are released")
         with self._mutex:
             if all(confirmed) and self._latch == latch:
                 self._latch = 0
-        return self._reply(confirmed, "not confirmed")
+        return self._report(confirmed, "not confirmed")
 
     def _ask_all(self, ask: Callable[[Stoppable], bool]) -> list[bool]:
         """Ask all at once, and return who has confirmed."""
         with ThreadPoolExecutor(max(len(self._bodies), 1)) as pool:
             return list(pool.map(ask, self._bodies))
 
-    def _reply(self, confirmed: Sequence[bool], otherwise: str) -> bytes:
-        bodies = [
+    def _report(self, confirmed: Sequence[bool], otherwise: str) -> list[StoppedRobot]:
+        return [
             StoppedRobot(
                 body.name[:100],
                 body.count,
@@ -114,4 +122,3 @@ class StopServer:
             )
             for body, done in zip(self._bodies, confirmed, strict=True)
         ]
-        return encode(StopReply(self._arena, self._latch, bodies[:MAX_ATTACHED]))

@@ -1,69 +1,108 @@
-"""The emergency stop over Zenoh: bridges answer it, and a command asks all of them at once."""
+"""The emergency stop over Zenoh: arenas and bridges answer it, and a command asks all of them at once."""
 
 import contextlib
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import zenoh
 
 from crcolony.protocol.key_expressions import ALL_STOPPABLE, ALL_STOPS, ArenaKeys, parse_stoppable
-from crcolony.protocol.stop_messages import MAX_REPLY_BYTES
+from crcolony.protocol.stop_messages import MAX_OTHERS, MAX_REPLY_BYTES, StopAddress
 from crcolony.transport.zenoh_samples import callback, payload_bytes, query_bytes, reply_once
+
+_MAX_KNOWN = 10_000
+"""Tokens that are remembered; anybody may declare any number."""
+
+
+def stop_address(session: zenoh.Session, arena: str) -> StopAddress:
+    """Return the address of an arena or a bridge with this name."""
+    return StopAddress(arena, str(session.zid()))
+
+
+class _Others:
+    """The arenas and bridges that a session sees, but for its own. Threads of Zenoh add and remove them."""
+
+    def __init__(self, own: StopAddress) -> None:
+        self._own = own
+        self._known: set[StopAddress] = set()
+        self._mutex = threading.Lock()
+
+    def handle(self, sample: zenoh.Sample) -> None:
+        """Follow a token."""
+        parsed = parse_stoppable(str(sample.key_expr))
+        if parsed is None or parsed == (self._own.arena, self._own.session):
+            return
+        with self._mutex:
+            if sample.kind == zenoh.SampleKind.DELETE:
+                self._known.discard(StopAddress(*parsed))
+            elif len(self._known) < _MAX_KNOWN:
+                self._known.add(StopAddress(*parsed))
+
+    def named(self) -> list[StopAddress]:
+        """Return those that fit into a reply."""
+        with self._mutex:
+            return sorted(self._known)[:MAX_OTHERS]
 
 
 @contextlib.contextmanager
 def answering_stops(
-    session: zenoh.Session, arena: str, answer: Callable[[bytes], bytes | None]
+    session: zenoh.Session,
+    arena: str,
+    answer: Callable[[bytes, Sequence[StopAddress]], bytes | None],
 ) -> Iterator[None]:
     """Answer stops inside the context, each on a thread of its own: they wait for nothing else of the process.
 
-    `answer` receives the message, and returns the reply or None for none.
+    `answer` receives the message, and the other arenas and bridges that are there; it returns the reply, None for none.
     """
-    keys = ArenaKeys(arena)
+    keys, own = ArenaKeys(arena), stop_address(session, arena)
+    others = _Others(own)
 
     def on_query(query: zenoh.Query) -> None:
         message, reply = query_bytes(query), reply_once(query, keys.stop)
 
         def run() -> None:
-            data = answer(message)
+            data = answer(message, others.named())
             if data is not None:
                 reply(data)
 
         threading.Thread(target=run, name="emergency stop", daemon=True).start()
 
-    queryable = session.declare_queryable(keys.stop, callback(on_query))
-    token = session.liveliness().declare_token(keys.stoppable(str(session.zid())))
-    try:
+    with contextlib.ExitStack() as declared:
+        for declaration in (
+            session.liveliness().declare_subscriber(
+                ALL_STOPPABLE, callback(others.handle), history=True
+            ),
+            session.declare_queryable(keys.stop, callback(on_query)),
+            session.liveliness().declare_token(keys.stoppable(own.session)),
+        ):
+            declared.callback(declaration.undeclare)
         yield
-    finally:
-        token.undeclare()  # type: ignore[no-untyped-call]
-        queryable.undeclare()  # type: ignore[no-untyped-call]
 
 
 def ask_to_stop(
     session: zenoh.Session, arena: str, message: bytes, timeout_s: float
-) -> tuple[dict[str, bytes], set[str]]:
-    """Send a message to the bridge of this name, "*" for all.
+) -> tuple[list[bytes], set[StopAddress]]:
+    """Send a message to the arenas and bridges of this name, "*" for all.
 
-    Returns the replies by bridge, and the names of the bridges that are there and have not answered.
+    Returns the replies, and the arenas and bridges of the name that this session sees.
     """
-    replies: dict[str, bytes] = {}
     key = ALL_STOPS if arena == "*" else ArenaKeys(arena).stop
-    for reply in session.get(
-        key,
-        payload=message,
-        target=zenoh.QueryTarget.ALL,
-        consolidation=zenoh.ConsolidationMode.NONE,
-        timeout=timeout_s,
-    ):
-        if reply.ok is not None:
-            bridge = str(reply.ok.key_expr).split("/")[-2]
-            replies[bridge] = payload_bytes(reply.ok.payload, MAX_REPLY_BYTES)
-    present = {
-        name
+    replies = [
+        payload_bytes(reply.ok.payload, MAX_REPLY_BYTES)
+        for reply in session.get(
+            key,
+            payload=message,
+            target=zenoh.QueryTarget.ALL,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=timeout_s,
+        )
+        if reply.ok is not None
+    ]
+    seen = {
+        StopAddress(*parsed)
         for token in session.liveliness().get(ALL_STOPPABLE, timeout=timeout_s)
         if token.ok is not None
-        and (name := parse_stoppable(str(token.ok.key_expr))) is not None
-        and arena in ("*", name)
+        and (parsed := parse_stoppable(str(token.ok.key_expr))) is not None
+        and arena in ("*", parsed[0])
     }
-    return replies, present - replies.keys()
+    return replies, seen

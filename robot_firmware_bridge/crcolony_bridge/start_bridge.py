@@ -14,7 +14,7 @@ from crcolony.transport.wait_for_network import open_connection
 from crcolony.transport.zenoh_arena import ArenaTransport
 from crcolony.transport.zenoh_relay import EnvelopeRelay
 from crcolony.transport.zenoh_session import NetworkSettings
-from crcolony.transport.zenoh_stop import answering_stops
+from crcolony.transport.zenoh_stop import answering_stops, stop_address
 from crcolony_bridge.attached_bodies import AttachedBodies
 from crcolony_bridge.attached_robot import AttachedRobot
 from crcolony_bridge.bridge_process import BridgeProcess
@@ -68,7 +68,7 @@ def run_bridge(options: BridgeOptions, network: NetworkSettings) -> None:
             attached, bridge_run, period_s, energy_per_charge=options.energy_per_charge
         )
         transport = ArenaTransport(connection.session, name, bridge_run, inbox.deliver)
-        stopping = StopServer(attached, name, print_line)
+        stopping = StopServer(attached, stop_address(connection.session, name), print_line)
         opened.enter_context(answering_stops(connection.session, name, stopping.answer))
         for robot in attached:
             robot.start()

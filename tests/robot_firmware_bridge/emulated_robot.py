@@ -36,6 +36,8 @@ class EmulatedRobot(PrintedLines, ABC):
         for line in reversed(self.lines):
             if match := re.match(r"wheels (-?\d+) (-?\d+)", line):
                 return int(match[1]), int(match[2])
+            if line == "ready":
+                break  # it was switched on since
         return 0, 0
 
 

@@ -11,6 +11,7 @@ from crcolony.protocol.body_messages import (
 )
 from crcolony.protocol.envelope import open_envelope
 from crcolony.protocol.mating_messages import decode_mating_message
+from crcolony.protocol.stop_messages import decode_stop, decode_stop_reply
 from crcolony.protocol.telemetry_messages import (
     decode_activity,
     decode_arena_metadata,
@@ -44,8 +45,10 @@ TELEMETRY_DECODERS: dict[str, Decode] = {
     "robot_metadata": decode_robot_metadata,
     "arena_metadata": decode_arena_metadata,
     "scene": decode_scene,
+    "stop": decode_stop,
+    "stop_reply": decode_stop_reply,
 }
-"""Decoders of observers, and of queries to robots."""
+"""Decoders of observers, of queries to robots, and of the emergency stop."""
 
 DECODER_OF = {
     **dict.fromkeys(MATING_MESSAGES, "envelope"),
@@ -62,8 +65,9 @@ DECODER_OF = {
 TELEMETRY_DECODER_OF = {
     **dict.fromkeys(EVENT_MESSAGES, "event"),
     **{name: name for name in TELEMETRY_DECODERS if name != "event"},
+    "clear": "stop",
 }
-"""By vector of telemetry the name of its decoder."""
+"""By vector of telemetry, and of the emergency stop, the name of its decoder."""
 
 VECTORS = {
     name: (FOLDER / f"{name}.msgpack").read_bytes() for name in (*DECODER_OF, *TELEMETRY_DECODER_OF)

@@ -172,6 +172,31 @@ def test_an_emergency_stop_reaches_all_and_only_its_latch_releases_them(lab: Lab
         lab.moves(k)
 
 
+def test_an_emergency_stop_names_who_has_not_confirmed(lab: Lab) -> None:
+    """A robot that is unplugged, and a bridge that is frozen: neither is taken for stopped."""
+    lab.emulated[1].switch_off()
+    lab.bridge.wait_for(f"{lab.ports[1]}: lost", count=lab.bridge.output.count("ttyACM1: lost") + 1)
+    stopped = run("estop", "--connect", lab.made.endpoint)
+    assert "1 of 2 bodies stopped" in stopped.stdout
+    assert f"NOT stopped: firmware@{lab.ports[1]} of lab: lost" in stopped.stdout
+    assert stopped.returncode == 5
+    lab.stops(0, MARGIN_S)
+    lab.emulated[1].start()
+    lab.bridge.wait_for(f"{lab.ports[1]}: connected", count=2)
+    lab.stops(1, MARGIN_S)
+    again = run("estop", "--connect", lab.made.endpoint)
+    assert "2 of 2 bodies stopped" in again.stdout
+    lab.bridge.signal(signal.SIGSTOP)
+    unknown = run("estop", "--connect", lab.made.endpoint)
+    lab.bridge.signal(signal.SIGCONT)
+    assert unknown.stdout.startswith("nobody can be reached: what moves, moves on")
+    assert unknown.returncode == 5
+    latch = again.stdout.split()[-1]
+    assert run("estop", "--clear", latch, "--connect", lab.made.endpoint).returncode == 0
+    for k in range(2):
+        lab.moves(k)
+
+
 def test_a_robot_whose_cable_is_put_into_another_port_is_found_there(lab: Lab) -> None:
     """By its uid: ttyACM0 becomes ttyACM1."""
     port = lab.ports[1]
@@ -246,6 +271,22 @@ def test_two_robots_with_one_uid_are_refused(tmp_path: Path) -> None:
     assert refused.returncode == 2
     assert "both have the uid 0702030405060708" in refused.stderr
     assert refused.stderr.count("\n") == 1
+
+
+def test_an_emergency_stop_names_an_arena_that_hangs(tmp_path: Path) -> None:
+    """It cannot be connected to any more; who was connected before knows of it. Two may have the same name."""
+    with colony(tmp_path) as made:
+        made.arena(1).wait_for("arena arena with")
+        options = ("arena", "--robots", "1", "--connect", made.endpoint, "--out")
+        twin = made.start("twin", *options, str(tmp_path / "twin"))
+        twin.wait_for("arena arena with")
+        both = run("estop", "--connect", made.endpoint)
+        assert both.stdout.count("to release: ") == 2
+        twin.signal(signal.SIGSTOP)
+        stopped = run("estop", "--connect", made.endpoint)
+        twin.signal(signal.SIGCONT)
+        assert "NO ANSWER from arena (session " in stopped.stdout
+        assert stopped.returncode == 5
 
 
 def test_simulated_bodies_stop_as_well(tmp_path: Path) -> None:

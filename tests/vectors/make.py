@@ -36,6 +36,7 @@ from crcolony.protocol.mating_messages import (
     Refuse,
     pack_genes,
 )
+from crcolony.protocol.stop_messages import Clear, Stop, StopAddress, StoppedRobot, StopReply
 from crcolony.protocol.telemetry_messages import (
     Activity,
     ArenaMetadata,
@@ -160,6 +161,21 @@ TELEMETRY: dict[str, Message] = {
 }
 """Messages to observers, and their queries."""
 
+STOPS: dict[str, Message] = {
+    "stop": Stop(bytes(range(16))),
+    "clear": Clear(123_456),
+    "stop_reply": StopReply(
+        StopAddress("lab", "a1b2"),
+        123_456,
+        [
+            StoppedRobot("firmware@/dev/ttyACM0", 1, True, ""),
+            StoppedRobot("aseba@/dev/ttyACM1", 1, False, "lost: silent for 0.5 s"),
+        ],
+        [StopAddress("arena", "c3")],
+    ),
+}
+"""The emergency stop."""
+
 
 def make() -> dict[str, bytes]:
     """Return the bytes of every vector by the name of its file."""
@@ -167,7 +183,7 @@ def make() -> dict[str, bytes]:
     for name, content in MATING_MESSAGES.items():
         sender = INITIATOR if isinstance(content, BY_INITIATOR) else RESPONDER
         vectors[f"{name}.msgpack"] = sign_message(content, COLONY, sender)
-    for name, message in {**BODIES, **TELEMETRY}.items():
+    for name, message in {**BODIES, **TELEMETRY, **STOPS}.items():
         vectors[f"{name}.msgpack"] = encode(message)
     return vectors
 

@@ -19,6 +19,7 @@ from tests.support.command_line import Refused
         ("bridge --robot a@b --hz 0", "--hz 0: must be from 1 to 100"),
         ("bridge --robot a@b --hz nan", "--hz nan: must be"),
         ("bridge --robot a@b --energy-per-charge -1", "--energy-per-charge -1: from 0"),
+        ("bridge" + " --robot a@b" * 33, "33 robots: a bridge has at most 32"),
         ("bridge --robot a@b --arena a/b", "--arena 'a/b': letters, digits"),
     ],
 )

@@ -8,12 +8,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from crcolony.protocol.codec import encode
-from crcolony.protocol.stop_messages import Clear, Stop, StopReply, decode_stop_reply
+from crcolony.protocol.stop_messages import (
+    Clear,
+    Stop,
+    StopAddress,
+    StopReply,
+    decode_stop_reply,
+)
 from crcolony.runtime.stop_server import StopServer
 from tests.robot_firmware_bridge.fake_driver import FakeDriver
 from tests.support.process import wait_until
 
 ID = bytes(16)
+ADDRESS, OTHER = StopAddress("lab", "a1"), StopAddress("arena", "b2")
 
 
 class Setup:
@@ -29,11 +36,11 @@ class Setup:
         for robot in self.robots:
             robot.open()
             robot.start()
-        self.stop = StopServer(self.robots, "lab", self.lines.append)
+        self.stop = StopServer(self.robots, ADDRESS, self.lines.append)
 
     def ask(self, message: Stop | Clear) -> StopReply:
         """Send a message and return the reply."""
-        reply = self.stop.answer(encode(message))
+        reply = self.stop.answer(encode(message), [OTHER])
         assert reply is not None
         return decode_stop_reply(reply)
 
@@ -50,6 +57,7 @@ def setup() -> Iterator[Setup]:
 def test_all_robots_stop_and_are_released(setup: Setup) -> None:
     """With the latch of that stop."""
     reply = setup.ask(Stop(ID))
+    assert (reply.address, reply.others) == (ADDRESS, [OTHER])
     assert [robot.confirmed for robot in reply.robots] == [True] * 3
     assert all(driver.is_latched for driver in setup.drivers)
     released = setup.ask(Clear(reply.latch))
@@ -113,5 +121,5 @@ def test_a_stop_that_is_repeated_is_the_same_stop(setup: Setup) -> None:
 @given(st.binary(max_size=40))
 def test_noise_is_not_answered(data: bytes) -> None:
     """And stops nobody, unless it is a stop."""
-    reply = StopServer([], "lab", lambda line: None).answer(data)
+    reply = StopServer([], ADDRESS, lambda line: None).answer(data, [])
     assert reply is None or data in (encode(Stop(ID)),) or b"clear" in data

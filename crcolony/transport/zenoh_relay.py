@@ -4,6 +4,7 @@ Envelopes for such a robot are delivered here, to be sent by infrared, and those
 network.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import zenoh
@@ -27,13 +28,24 @@ class EnvelopeRelay:
         self.name = str(session.zid())
         """The session in our tokens"""
 
-    def __contains__(self, robot: RobotId) -> bool:
-        return robot in self._declared
+    def stand_in_for(self, robots: Mapping[RobotId, str]) -> None:
+        """Stand in for these robots, whose colonies are given, and for no others any more."""
+        for robot in self._declared.keys() - robots.keys():
+            self._close(robot)
+        for robot, colony in robots.items():
+            if robot not in self._declared:
+                self._open(colony, robot)
 
-    def open(self, colony: str, robot: RobotId) -> None:
-        """Stand in for a robot, if we do not yet."""
-        if robot in self._declared:
-            return
+    def put(self, colony: str, robot: RobotId, envelope: bytes) -> None:
+        """Put an envelope that was received by infrared into the inbox of the robot it is for."""
+        self._session.put(
+            ColonyKeys(colony).inbox(robot),
+            envelope,
+            congestion_control=zenoh.CongestionControl.DROP,
+            express=True,
+        )
+
+    def _open(self, colony: str, robot: RobotId) -> None:
         keys = ColonyKeys(colony)
 
         def on_envelope(sample: zenoh.Sample) -> None:
@@ -45,16 +57,6 @@ class EnvelopeRelay:
             self._session.liveliness().declare_token(keys.alive(robot, _STAND_IN, self.name)),
         ]
 
-    def close(self, robot: RobotId) -> None:
-        """Stand in for it no more."""
-        for entity in reversed(self._declared.pop(robot, [])):
+    def _close(self, robot: RobotId) -> None:
+        for entity in reversed(self._declared.pop(robot)):
             entity.undeclare()
-
-    def put(self, colony: str, robot: RobotId, envelope: bytes) -> None:
-        """Put an envelope that was received by infrared into the inbox of the robot it is for."""
-        self._session.put(
-            ColonyKeys(colony).inbox(robot),
-            envelope,
-            congestion_control=zenoh.CongestionControl.DROP,
-            express=True,
-        )

@@ -8,7 +8,6 @@ import time
 from collections.abc import Callable
 
 from crcolony.body_server.body_server import BodyServer
-from crcolony.protocol.identity import RobotId
 from crcolony.runtime.real_time_loop import run_in_real_time
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.interface import (
@@ -24,8 +23,6 @@ from crcolony_bridge.infrared.relay import AbsentRobots, parties_of
 
 _REMOVAL_PERIOD_S = 0.5
 """How often the bodies of absent robots are removed."""
-_MAX_MET = 100
-"""Robots whose colony is remembered; infrared may bring any number of ids."""
 
 
 class BridgeProcess:
@@ -44,8 +41,6 @@ class BridgeProcess:
         self._server = BodyServer(bodies, transport.remove_robot, print_line, name)
         self._relay = relay
         self._absent = AbsentRobots(self._server.online)
-        self._colonies: dict[RobotId, str] = {}
-        """The colony of every robot that we stand in for, or may"""
         self._removal_due_s = 0.0
 
     def run(self, is_stopped: Callable[[], bool], period_s: float) -> None:
@@ -79,20 +74,8 @@ class BridgeProcess:
         for robot in self._bodies.step(now_s, self._server.online):
             self._transport.publish_observation(robot, self._bodies.observation(robot))
         for receiver, message in self._bodies.received:
-            colony = self._colonies[message.robot] = self._bodies.colony_of(receiver)
-            self._absent.receive(now_s, message.robot)
+            colony = self._bodies.colony_of(receiver)
+            self._absent.receive(now_s, message.robot, colony)
             if message.envelope and parties_of(message.envelope) == (message.robot, receiver):
                 self._relay.put(colony, receiver, message.envelope)
-        self._stand_in(now_s)
-
-    def _stand_in(self, now_s: float) -> None:
-        """Stand in for the robots that are met and absent, and for no others."""
-        absent = self._absent.update(now_s, self._bodies.robots.__contains__)
-        for robot in list(self._colonies):
-            if robot in absent:
-                self._relay.open(self._colonies[robot], robot)
-            elif robot in self._relay:
-                self._relay.close(robot)
-                del self._colonies[robot]
-        if len(self._colonies) > _MAX_MET:
-            self._colonies = {r: c for r, c in self._colonies.items() if r in absent}
+        self._relay.stand_in_for(self._absent.update(now_s, self._bodies.robots.__contains__))

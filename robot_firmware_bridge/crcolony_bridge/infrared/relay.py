@@ -33,28 +33,39 @@ def parties_of(envelope: bytes) -> Parties | None:
     return Parties(sender_of(message), receiver_of(message))
 
 
+class _Near(NamedTuple):
+    """A robot that is received by infrared."""
+
+    first_s: float
+    last_s: float
+    colony: str
+    """That of the robot that received it: others do not mate with it"""
+
+
 class AbsentRobots:
     """The robots that are near, by infrared, and not online; `online` holds the tokens of the network."""
 
     def __init__(self, online: TokenTable) -> None:
         self._online = online
-        self._near: OrderedDict[RobotId, tuple[float, float]] = OrderedDict()
-        """When a robot was received first, and last"""
+        self._near: OrderedDict[RobotId, _Near] = OrderedDict()
 
-    def receive(self, now_s: float, robot: RobotId) -> None:
-        """A robot was received by infrared."""
-        first_s, _ = self._near.pop(robot, (now_s, now_s))
-        self._near[robot] = first_s, now_s
+    def receive(self, now_s: float, robot: RobotId, colony: str) -> None:
+        """A robot was received by infrared, by one of this colony."""
+        before = self._near.pop(robot, None)
+        first_s = now_s if before is None else before.first_s
+        self._near[robot] = _Near(first_s, now_s, colony)
         if len(self._near) > _MAX_NEAR:
             self._near.popitem(last=False)
 
-    def update(self, now_s: float, is_served: Callable[[RobotId], bool]) -> set[RobotId]:
-        """Return the robots to stand in for; `is_served` tells those that have a body here."""
-        for robot, (_, last_s) in list(self._near.items()):
-            if now_s - last_s > _NEAR_S:
+    def update(self, now_s: float, is_served: Callable[[RobotId], bool]) -> dict[RobotId, str]:
+        """Return the robots to stand in for, and their colonies; `is_served` tells those that have a body here."""
+        for robot, near in list(self._near.items()):
+            if now_s - near.last_s > _NEAR_S:
                 del self._near[robot]
         return {
-            robot
-            for robot, (first_s, _) in self._near.items()
-            if now_s - first_s >= _PATIENCE_S and robot not in self._online and not is_served(robot)
+            robot: near.colony
+            for robot, near in self._near.items()
+            if now_s - near.first_s >= _PATIENCE_S
+            and robot not in self._online
+            and not is_served(robot)
         }

@@ -27,35 +27,35 @@ def online() -> TokenTable:
 def test_a_robot_that_is_met_and_absent_is_stood_in_for(online: TokenTable) -> None:
     """After a moment, in which its token may arrive, and until it was not received for a while."""
     absent = AbsentRobots(online)
-    absent.receive(0.0, B.id)
-    assert absent.update(0.5, nobody) == set()
-    absent.receive(1.0, B.id)
-    assert absent.update(1.5, nobody) == {B.id}
-    assert absent.update(12.0, nobody) == set()
+    absent.receive(0.0, B.id, "blue")
+    assert absent.update(0.5, nobody) == {}
+    absent.receive(1.0, B.id, "blue")
+    assert absent.update(1.5, nobody) == {B.id: "blue"}
+    assert absent.update(12.0, nobody) == {}
 
 
 def test_a_robot_that_is_on_the_network_is_not(online: TokenTable) -> None:
     """At once, when it appears there."""
     absent = AbsentRobots(online)
-    absent.receive(0.0, B.id)
-    absent.receive(2.0, B.id)
-    assert absent.update(2.0, nobody) == {B.id}
+    absent.receive(0.0, B.id, "blue")
+    absent.receive(2.0, B.id, "blue")
+    assert absent.update(2.0, nobody) == {B.id: "blue"}
     online.add(B.id, (7, "its own session"))
-    assert absent.update(2.1, nobody) == set()
+    assert absent.update(2.1, nobody) == {}
 
 
 def test_a_robot_that_has_a_body_here_is_not(online: TokenTable) -> None:
     """Two bodies of one bridge need no relay."""
     absent = AbsentRobots(online)
-    absent.receive(0.0, B.id)
-    assert absent.update(2.0, lambda robot: robot == B.id) == set()
+    absent.receive(0.0, B.id, "blue")
+    assert absent.update(2.0, lambda robot: robot == B.id) == {}
 
 
 def test_a_flood_of_ids_takes_no_memory(online: TokenTable) -> None:
     """Whatever emits infrared may call itself anything."""
     absent = AbsentRobots(online)
     for k in range(10_000):
-        absent.receive(0.0001 * k, k.to_bytes(16, "big"))
+        absent.receive(0.0001 * k, k.to_bytes(16, "big"), "blue")
     assert len(absent.update(2.0, nobody)) <= 16
 
 

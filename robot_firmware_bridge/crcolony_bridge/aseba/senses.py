@@ -30,11 +30,10 @@ class Patch:
 
 
 class Senses:
-    """Maps the variables of one node to observations; it remembers the energy of the reading before."""
+    """Maps the variables of one node to observations."""
 
     def __init__(self, model: AsebaModel, node: NodeDescription) -> None:
         self._model, self._node = model, node
-        self._energy: float | None = None
 
     def spans(self) -> list[tuple[int, int]]:
         """Return addresses and sizes of the variables that are needed; raises AsebaError for one that is missing."""
@@ -77,9 +76,6 @@ class Senses:
             return False
         energy = float(self._values(words, rule.variable)[0])
         row[contract.BATTERY] = np.clip(energy / rule.full, 0.0, 1.0)
-        gained = 0.0 if self._energy is None else energy - self._energy
-        row[contract.CHARGE] = np.clip(gained / rule.full, 0.0, 1.0)
-        self._energy = energy
         return energy < rule.low
 
     def _values(self, words: Words, name: str) -> Words:

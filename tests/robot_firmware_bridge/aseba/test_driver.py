@@ -186,5 +186,5 @@ def test_an_e_puck_sees_feeders_and_lamps_and_is_charged(new_robot: NewRobot) ->
         assert pack[contract.BEARING] > 0.0
         assert pack[contract.DISTANCE] == pytest.approx(np.hypot(0.03, 0.09), rel=0.4)
         assert pack[contract.COLOUR + 1] == pytest.approx(0.5, abs=0.02)
-        charged = read_until(driver, lambda reading: reading.row[contract.CHARGE] > 0.0)
-        assert charged.row[contract.BATTERY] > first.row[contract.BATTERY]
+        battery = first.row[contract.BATTERY]
+        read_until(driver, lambda reading: reading.row[contract.BATTERY] > battery)

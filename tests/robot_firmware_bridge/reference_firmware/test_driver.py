@@ -28,7 +28,7 @@ STOPPED_WITHIN_MS = 300
 """What is promised for the reference firmware, from the last command on."""
 
 
-NOISE_S = 3.0
+NOISE_S = 10.0
 RESET_WITHIN_MS = 350
 """Of a firmware that hangs, by a watchdog of 250 ms."""
 EMULATORS: dict[str, Callable[[Path], AbstractContextManager[EmulatedFirmware]]] = {

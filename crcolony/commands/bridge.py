@@ -7,7 +7,6 @@ from pathlib import Path
 from crcolony.commands.network_options import NAME_RULE, add_network, check_names, network_of
 from crcolony.commands.options import UsageError, add_examples
 from crcolony.errors import EXIT_OK, CrcolonyError
-from crcolony.protocol.stop_messages import MAX_ATTACHED
 from crcolony.shutdown import interrupted_once
 
 _ACTIONS = ("serve", "list", "probe", "drive", "calibrate")
@@ -139,6 +138,8 @@ def _use_on_bench(options: argparse.Namespace) -> None:
 
 def _check(options: argparse.Namespace) -> None:
     """Raise UsageError for options that cannot be meant."""
+    from crcolony.protocol.stop_messages import MAX_ATTACHED
+
     check_names(options)
     if not 1.0 <= options.hz <= 100.0:
         raise UsageError(f"--hz {options.hz:g}: must be from 1 to 100")

@@ -72,12 +72,14 @@ class AttachedBodies(BodySlots):
             robot = self.occupant(slot)
             if robot is None:
                 continue
-            if reading is not None and not attached.is_exhausted:
-                self._rows[slot] = reading.row
-                self._rows[slot, contract.CHARGE] = self._meters[slot].update(
-                    float(reading.row[contract.BATTERY])
-                )
-                observed.append(robot)
+            if reading is not None:
+                battery = float(reading.row[contract.BATTERY])
+                if attached.is_exhausted:
+                    self._meters[slot].fall(battery)
+                else:
+                    self._rows[slot] = reading.row
+                    self._rows[slot, contract.CHARGE] = self._meters[slot].update(battery)
+                    observed.append(robot)
             self._exchange_ir(now_s, slot, robot, heard, online)
         return observed
 

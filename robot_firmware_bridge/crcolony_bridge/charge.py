@@ -14,11 +14,14 @@ class ChargeMeter:
         self._energy_per_charge = energy_per_charge
         self._lowest: float | None = None
 
+    def fall(self, level: float) -> float:
+        """Follow a level that falls; return the lowest so far. What it rises above that is for the next `update`."""
+        self._lowest = level if self._lowest is None else min(self._lowest, level)
+        return self._lowest
+
     def update(self, level: float) -> float:
         """Return the energy that was taken until now; a level that falls gives none."""
-        if self._lowest is None or level < self._lowest:
-            self._lowest = level
-        rise = level - self._lowest
+        rise = level - self.fall(level)
         if rise <= _NOISE:
             return 0.0
         self._lowest = level

@@ -166,7 +166,7 @@ def test_who_lives_in_a_robot_with_a_critical_battery_rests_until_it_is_charged(
     assert isinstance(denied, BodyDenied)
     assert "robot1 battery critical" in denied.reason
     (observation,) = setup.step(battery=0.6)
-    assert unpack_row(observation.row)[contract.CHARGE] == pytest.approx(0.2)
+    assert unpack_row(observation.row)[contract.CHARGE] == pytest.approx(0.25)
 
 
 def test_two_robots_that_hear_each_other_have_the_same_contact(setup: Setup) -> None:

@@ -50,9 +50,7 @@ def main() -> None:
     """Measure all, and print the figures."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        with contextlib.ExitStack() as opened:
-            robot = AvrRobot(folder, "alone")
-            opened.callback(robot.switch_off)
+        with AvrRobot(folder, "alone") as robot:
             bare_ms, session_ms = measure_link(robot)
         print(f"PING on the bare serial line      {bare_ms:6.2f} ms")
         print(
@@ -162,11 +160,7 @@ def measure_costs(made: Colony, folder: Path, count: int, hz: float) -> None:
 def attached_robots(folder: Path, count: int) -> Iterator[list[AvrRobot]]:
     """So many emulated robots, which are switched off at the end."""
     with contextlib.ExitStack() as opened:
-        robots = []
-        for k in range(count):
-            robots.append(AvrRobot(folder, f"bridged-{k}", k))
-            opened.callback(robots[-1].switch_off)
-        yield robots
+        yield [opened.enter_context(AvrRobot(folder, f"bridged-{k}", k)) for k in range(count)]
 
 
 @contextlib.contextmanager

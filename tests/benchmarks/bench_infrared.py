@@ -91,9 +91,9 @@ def measure_message(folder: Path, size: int, loss: float) -> float:
 def measure_contacts(folder: Path, name: str, defines: str) -> None:
     """Print how soon two robots with this firmware have a contact, from facing each other on, at 10 Hz."""
     with contextlib.ExitStack() as opened:
-        robots = [AvrRobot(folder, f"meet-{k}", k + 1, defines) for k in range(2)]
-        for robot in robots:
-            opened.callback(robot.switch_off)
+        robots = [
+            opened.enter_context(AvrRobot(folder, f"meet-{k}", k + 1, defines)) for k in range(2)
+        ]
         air = opened.enter_context(ir_air([robot.ir_link for robot in robots]))
         attached = [
             AttachedRobot(f"{k}", SerialFirmware(str(robot.host_link)), print)

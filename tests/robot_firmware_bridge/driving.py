@@ -24,9 +24,9 @@ def any_reading(reading: Reading) -> bool:
     return True
 
 
-def read_until(driver: Driver, is_met: Callable[[Reading], bool]) -> Reading:
+def read_until(driver: Driver, is_met: Callable[[Reading], bool], within_s: float = 5.0) -> Reading:
     """Return the first reading that meets a condition."""
-    end_s = time.monotonic() + 5.0
+    end_s = time.monotonic() + within_s
     while time.monotonic() < end_s:
         reading = driver.read(0.1)
         if reading is not None and is_met(reading):

@@ -2,25 +2,36 @@
 
 import re
 import subprocess
-import threading
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
+from types import TracebackType
+from typing import Self
 
 from tests.robot_firmware_bridge.firmware import build
-from tests.robot_firmware_bridge.printed_lines import PrintedLines
+from tests.robot_firmware_bridge.printed_lines import LineProcess, PrintedLines
 
 
 class EmulatedRobot(PrintedLines, ABC):
-    """A running emulator. Its links are pseudo-terminals, and what its motors are given is in `lines`.
+    """A running emulator, which is switched off at the end of its context.
 
+    Its links are pseudo-terminals, and what its motors are given is in `lines`:
     `wheels LEFT RIGHT at MS` in mm/s; of a robot with the reference firmware also `hung at MS` and `reset at MS`.
     """
 
     def __init__(self, folder: Path, name: str = "robot") -> None:
         super().__init__()
         self.host_link, self.ir_link = folder / f"{name}-host", folder / f"{name}-ir"
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.switch_off()
 
     @abstractmethod
     def start(self) -> None:
@@ -57,7 +68,7 @@ class EmulatedFirmware(EmulatedRobot):
         """Keep the firmware's loop from going on."""
 
 
-class BenchProcess(EmulatedRobot):
+class BenchProcess(EmulatedRobot, LineProcess):
     """An emulator that is told by lines on its standard input, and tells on its output."""
 
     @abstractmethod
@@ -67,29 +78,12 @@ class BenchProcess(EmulatedRobot):
     def start(self) -> None:
         """See `EmulatedRobot`."""
         since = len(self.lines)
-        self._process = self._launch()
-        self._reading = threading.Thread(target=self._read, args=(self._process,), daemon=True)
-        self._reading.start()
+        self._begin(self._launch())
         self.wait_for("ready", since=since)
-
-    def tell(self, line: str) -> None:
-        """Change a sensor, or cause a fault, in the words of the bench."""
-        assert self._process.stdin is not None
-        self._process.stdin.write(f"{line}\n")
 
     def switch_off(self) -> None:
         """See `EmulatedRobot`."""
-        self._process.kill()
-        self._process.wait()
-        self._reading.join()
-        for pipe in (self._process.stdin, self._process.stdout):
-            assert pipe is not None
-            pipe.close()
-
-    def _read(self, process: "subprocess.Popen[str]") -> None:
-        assert process.stdout is not None
-        for line in process.stdout:
-            self._add(line.strip())
+        self.kill()
 
 
 class BenchRobot(BenchProcess, EmulatedFirmware):
@@ -127,13 +121,3 @@ class AvrRobot(BenchRobot):
     def set_proximity(self, sensor: int, distance_m: float) -> None:
         """See `EmulatedFirmware`."""
         self.tell(f"adc {sensor} {round((0.3 - distance_m) / 0.3 * 5000)}")
-
-
-@contextmanager
-def emulated_robot(folder: Path, name: str = "robot") -> Iterator[AvrRobot]:
-    """Run an emulated ATmega2560 inside the context."""
-    robot = AvrRobot(folder, name)
-    try:
-        yield robot
-    finally:
-        robot.switch_off()

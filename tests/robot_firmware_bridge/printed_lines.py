@@ -1,6 +1,7 @@
 """The lines that an emulator or a simulated robot has printed, which a test waits for."""
 
 import re
+import subprocess
 import threading
 
 
@@ -28,3 +29,40 @@ class PrintedLines:
         with self._changed:
             self.lines.append(line)
             self._changed.notify_all()
+
+
+class LineProcess(PrintedLines):
+    """A process that prints lines, and is told others on its standard input."""
+
+    _process: "subprocess.Popen[str]"
+    _reading: threading.Thread
+
+    def _begin(self, process: "subprocess.Popen[str]") -> None:
+        """Collect from now on what a process prints that has just been started, with pipes."""
+        self._process = process
+        self._reading = threading.Thread(target=self._read, args=(process,), daemon=True)
+        self._reading.start()
+
+    def tell(self, line: str) -> None:
+        """Have it read a line."""
+        assert self._process.stdin is not None
+        self._process.stdin.write(f"{line}\n")
+
+    def kill(self) -> None:
+        """Kill it, if it runs."""
+        end_process(self._process, self._reading)
+
+    def _read(self, process: "subprocess.Popen[str]") -> None:
+        assert process.stdout is not None
+        for line in process.stdout:
+            self._add(line.strip())
+
+
+def end_process(process: "subprocess.Popen[str]", reading: threading.Thread) -> None:
+    """Kill a process whose output a thread reads, and close its pipes."""
+    process.kill()
+    process.wait()
+    reading.join()
+    for pipe in (process.stdin, process.stdout):
+        assert pipe is not None
+        pipe.close()

@@ -12,6 +12,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from tests.robot_firmware_bridge.printed_lines import end_process
+
 _ANSWERS_WITHIN_S = 10.0
 
 
@@ -99,12 +101,7 @@ class Qemu:
 
     def end(self) -> None:
         """Kill the machine: its lines go, as when a cable is pulled."""
-        self._process.kill()
-        self._process.wait()
-        self._reading.join()
-        for pipe in (self._process.stdin, self._process.stdout):
-            assert pipe is not None
-            pipe.close()
+        end_process(self._process, self._reading)
         for held in self._held:
             os.close(held)
         self._folder.cleanup()

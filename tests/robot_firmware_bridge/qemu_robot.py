@@ -6,8 +6,6 @@ It is read here through QEMU's monitor: what the motors are given is seen withou
 
 import struct
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from tests.robot_firmware_bridge.emulated_robot import EmulatedFirmware
@@ -88,13 +86,3 @@ class CortexRobot(EmulatedFirmware):
                 left, right = struct.unpack("<hh", speeds.to_bytes(4, "little"))
                 self._add(f"wheels {left} {right} at {round(self._reset_ms + at_ms)}")
             self._seen = changes
-
-
-@contextmanager
-def qemu_robot(folder: Path, name: str = "robot") -> Iterator[CortexRobot]:
-    """Run an emulated LM3S6965 inside the context."""
-    robot = CortexRobot(folder, name)
-    try:
-        yield robot
-    finally:
-        robot.switch_off()

@@ -4,8 +4,6 @@ import os
 import shutil
 import subprocess
 import tty
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -70,13 +68,3 @@ class Rp2040Robot(BenchRobot):
     def set_proximity(self, sensor: int, distance_m: float) -> None:
         """See `EmulatedFirmware`."""
         self.tell(f"adc {sensor + 1} {round((0.3 - distance_m) / 0.3 * 3300)}")
-
-
-@contextmanager
-def rp2040_robot(folder: Path, name: str = "robot") -> Iterator[Rp2040Robot]:
-    """Run an emulated RP2040 inside the context."""
-    robot = Rp2040Robot(folder, name)
-    try:
-        yield robot
-    finally:
-        robot.switch_off()

@@ -6,7 +6,7 @@ from pathlib import Path
 import pexpect
 import pytest
 
-from tests.robot_firmware_bridge.emulated_robot import emulated_robot
+from tests.robot_firmware_bridge.emulated_robot import AvrRobot
 from tests.robot_firmware_bridge.firmware import needs_avr
 from tests.support.process_colony import crcolony
 
@@ -16,7 +16,7 @@ UP, LEFT = "\x1b[A", "\x1b[D"
 @needs_avr
 def test_arrow_keys_drive_and_letting_go_stops(tmp_path: Path) -> None:
     """With the watchdog on: the last action ends by itself."""
-    with emulated_robot(tmp_path) as robot:
+    with AvrRobot(tmp_path) as robot:
         command, *options = crcolony(
             "bridge", "drive", "--robot", f"firmware@{robot.host_link}", "--speed", "0.1"
         )

@@ -13,8 +13,8 @@ from crcolony_bridge.reference_firmware.driver import SerialFirmware
 
 from crcolony.body import contract
 from crcolony.compiled import FloatArray
-from tests.robot_firmware_bridge.emulated_robot import emulated_robot
-from tests.robot_firmware_bridge.firmata.uno_robot import needs_firmata, uno_robot
+from tests.robot_firmware_bridge.emulated_robot import AvrRobot
+from tests.robot_firmware_bridge.firmata.uno_robot import UnoRobot, needs_firmata
 from tests.robot_firmware_bridge.firmware import needs_avr
 from tests.robot_firmware_bridge.playground import (
     PlacedRobot,
@@ -27,7 +27,7 @@ from tests.robot_firmware_bridge.playground import (
 @pytest.fixture(scope="module")
 def attached(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SerialFirmware]:
     """A driver of an emulated robot."""
-    with emulated_robot(tmp_path_factory.mktemp("robot")) as robot:
+    with AvrRobot(tmp_path_factory.mktemp("robot")) as robot:
         yield SerialFirmware(str(robot.host_link))
 
 
@@ -80,7 +80,7 @@ class TestAseba(DriverContract):
 @pytest.fixture(scope="module")
 def uno_link(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """The device of an emulated Uno."""
-    with uno_robot(tmp_path_factory.mktemp("uno")) as robot:
+    with UnoRobot(tmp_path_factory.mktemp("uno")) as robot:
         yield robot.host_link
 
 

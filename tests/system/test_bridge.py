@@ -62,10 +62,9 @@ def open_lab(folder: Path, defines: str = "", *settings: str) -> Iterator[Lab]:
     """
     with contextlib.ExitStack() as opened:
         emulated = [
-            AvrRobot(folder, name, uid, defines) for uid, name in enumerate(("left", "right"))
+            opened.enter_context(AvrRobot(folder, name, uid, defines))
+            for uid, name in enumerate(("left", "right"))
         ]
-        for robot in emulated:
-            opened.callback(robot.switch_off)
         ports = [folder / f"ttyACM{k}" for k in range(2)]
         for port, robot in zip(ports, emulated, strict=True):
             port.symlink_to(robot.host_link)
@@ -221,9 +220,7 @@ def test_nothing_was_lost(lab: Lab) -> None:
 def test_two_robots_on_separate_networks_mate_by_infrared_alone(tmp_path: Path) -> None:
     """Genotypes and all, through the whole protocol: their bridges stand in for the other one."""
     with contextlib.ExitStack() as opened:
-        emulated = [AvrRobot(tmp_path, name) for name in ("left", "right")]
-        for robot in emulated:
-            opened.callback(robot.switch_off)
+        emulated = [opened.enter_context(AvrRobot(tmp_path, name)) for name in ("left", "right")]
         air = IrAir([robot.ir_link for robot in emulated])
         opened.callback(air.close)
         sites = []
@@ -261,12 +258,9 @@ def test_two_robots_whose_infrared_carries_words_alone_mate_over_the_network(
 
 def test_two_robots_with_one_uid_are_refused(tmp_path: Path) -> None:
     """Their calibrations, and who is who after a cable was pulled, would be mixed up."""
-    with contextlib.ExitStack() as opened:
-        twins = [AvrRobot(tmp_path, name, 7) for name in ("one", "two")]
-        named = []
-        for robot in twins:
-            opened.callback(robot.switch_off)
-            named += ["--robot", f"firmware@{robot.host_link}"]
+    with AvrRobot(tmp_path, "one", 7) as one, AvrRobot(tmp_path, "two", 7) as two:
+        links = (one.host_link, two.host_link)
+        named = [word for link in links for word in ("--robot", f"firmware@{link}")]
         refused = run("bridge", *named, "--listen", "tcp/127.0.0.1:0")
     assert refused.returncode == 2
     assert "both have the uid 0702030405060708" in refused.stderr

@@ -48,27 +48,23 @@ def test_the_wall_clock_of_a_process_can_be_set(tmp_path: Path) -> None:
 def test_a_colony_lives_on_when_the_clock_jumps(tmp_path: Path) -> None:
     """A day ahead, and two days back: simulated and attached bodies go on, and the ledgers of matings agree."""
     clock = WallClock(tmp_path)
-    emulated = AvrRobot(tmp_path, "robot")
-    try:
-        with colony(tmp_path) as made:
-            arena = made.arena(2, "--hz", "20", before=clock.through)
-            attached = ("--robot", f"firmware@{emulated.host_link}", "--arena", "lab")
-            options = ("bridge", *attached, "--connect", made.endpoint)
-            bridge = made.start("bridge", *options, before=clock.through)
-            bridge.wait_for("bridge lab with 1 robots")
-            made.robot("--arena", "lab", before=clock.through).wait_for("has body 0")
-            for _ in range(2):
-                made.robot(before=clock.through)
-            view = made.observer()
-            view.wait_for_matings(2)
-            for offset_s in (DAY_S, -DAY_S):
-                clock.set(offset_s)
-                view.wait_for_matings(4)
-                emulated.wait_for(r"wheels .*[1-9]", since=len(emulated.lines))
-            assert "lost" not in bridge.output
-            made.stop_robots()
-            arena.stop()
-            bridge.stop()
-            check_ledger(made.stores)
-    finally:
-        emulated.switch_off()
+    with AvrRobot(tmp_path, "robot") as emulated, colony(tmp_path) as made:
+        arena = made.arena(2, "--hz", "20", before=clock.through)
+        attached = ("--robot", f"firmware@{emulated.host_link}", "--arena", "lab")
+        options = ("bridge", *attached, "--connect", made.endpoint)
+        bridge = made.start("bridge", *options, before=clock.through)
+        bridge.wait_for("bridge lab with 1 robots")
+        made.robot("--arena", "lab", before=clock.through).wait_for("has body 0")
+        for _ in range(2):
+            made.robot(before=clock.through)
+        view = made.observer()
+        view.wait_for_matings(2)
+        for offset_s in (DAY_S, -DAY_S):
+            clock.set(offset_s)
+            view.wait_for_matings(4)
+            emulated.wait_for(r"wheels .*[1-9]", since=len(emulated.lines))
+        assert "lost" not in bridge.output
+        made.stop_robots()
+        arena.stop()
+        bridge.stop()
+        check_ledger(made.stores)

@@ -62,9 +62,7 @@ def mixed_colony(folder: Path) -> Iterator[Mixed]:
         made.arena(2, "--hz", "20")
         pucks = [PlacedRobot("e-puck", 180.0 + 40 * k, 200.0, free_port()) for k in range(2)]
         opened.enter_context(playground(pucks, FEEDERS))
-        boards = [AvrRobot(folder, f"board-{k}", k + 1) for k in range(2)]
-        for board in boards:
-            opened.callback(board.switch_off)
+        boards = [opened.enter_context(AvrRobot(folder, f"board-{k}", k + 1)) for k in range(2)]
         air = IrAir([board.ir_link for board in boards])
         opened.callback(air.close)
         endpoint = f"tcp/127.0.0.1:{free_port()}"

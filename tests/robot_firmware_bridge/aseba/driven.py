@@ -11,6 +11,7 @@ from crcolony_bridge.link import Link, open_link
 
 from crcolony.body import contract
 from crcolony.compiled import FloatArray
+from tests.robot_firmware_bridge import driving
 
 
 class NewRobot(Protocol):
@@ -24,20 +25,8 @@ class NewRobot(Protocol):
 
 
 def drive(ttl_s: float = 0.25, left_m_s: float = 0.1, right_m_s: float = 0.1) -> FloatArray:
-    action = np.zeros(contract.ACTION_WIDTH)
-    action[contract.WHEEL_LEFT], action[contract.WHEEL_RIGHT] = left_m_s, right_m_s
-    action[contract.TTL] = ttl_s
-    return action
-
-
-def read_until(driver: Driver, is_met: Callable[[Reading], bool], within_s: float = 5.0) -> Reading:
-    """Return the first reading that meets a condition."""
-    end_s = time.monotonic() + within_s
-    while time.monotonic() < end_s:
-        reading = driver.read(0.2)
-        if reading is not None and is_met(reading):
-            return reading
-    raise AssertionError("no such reading")
+    """Return an action that these slower robots can carry out."""
+    return driving.drive(ttl_s, left_m_s, right_m_s)
 
 
 def read_for(driver: Driver, duration_s: float) -> list[Reading]:
@@ -50,13 +39,9 @@ def read_for(driver: Driver, duration_s: float) -> list[Reading]:
     return readings
 
 
-def wait_for_state(driver: Driver, state: DriverState, within_s: float = 8.0) -> float:
-    """Read until the driver is in a state; return how long that took (s)."""
-    start_s = time.monotonic()
-    while driver.state is not state:
-        assert time.monotonic() - start_s < within_s, driver.state
-        driver.read(0.02)
-    return time.monotonic() - start_s
+def wait_for_state(driver: Driver, state: DriverState) -> float:
+    """Read until the driver is in a state; a simulator and a router take longer to be there. Return how long (s)."""
+    return driving.wait_for_state(driver, state, within_s=8.0)
 
 
 def turns(reading: Reading) -> bool:

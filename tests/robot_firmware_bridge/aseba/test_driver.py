@@ -19,10 +19,10 @@ from tests.robot_firmware_bridge.aseba.driven import (
     ahead_m,
     drive,
     read_for,
-    read_until,
     turns,
 )
 from tests.robot_firmware_bridge.aseba.onlooker import Onlooker
+from tests.robot_firmware_bridge.driving import read_until
 from tests.robot_firmware_bridge.playground import (
     PlacedRobot,
     Playground,

@@ -20,10 +20,10 @@ from tests.robot_firmware_bridge.aseba.driven import (
     NewRobot,
     drive,
     read_for,
-    read_until,
     turns,
     wait_for_state,
 )
+from tests.robot_firmware_bridge.driving import read_until
 from tests.robot_firmware_bridge.playground import (
     PlacedRobot,
     Playground,

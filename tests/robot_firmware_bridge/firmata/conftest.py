@@ -6,13 +6,13 @@ import pytest
 from crcolony_bridge.firmata.driver import FirmataRobot
 
 from tests.robot_firmware_bridge.firmata.loose_link import LooseLinks
-from tests.robot_firmware_bridge.firmata.uno_robot import UnoRobot, uno_robot
+from tests.robot_firmware_bridge.firmata.uno_robot import UnoRobot
 
 
 @pytest.fixture(scope="module")
 def uno(tmp_path_factory: pytest.TempPathFactory) -> Iterator[UnoRobot]:
     """An Uno that is switched on."""
-    with uno_robot(tmp_path_factory.mktemp("uno")) as robot:
+    with UnoRobot(tmp_path_factory.mktemp("uno")) as robot:
         yield robot
 
 

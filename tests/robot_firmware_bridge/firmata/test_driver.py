@@ -22,7 +22,7 @@ from tests.robot_firmware_bridge.driving import (
     wait_for_state,
 )
 from tests.robot_firmware_bridge.firmata.loose_link import LooseLinks
-from tests.robot_firmware_bridge.firmata.uno_robot import UnoRobot, needs_firmata, uno_robot
+from tests.robot_firmware_bridge.firmata.uno_robot import UnoRobot, needs_firmata
 from tests.robot_firmware_bridge.noisy_link import NoisyLinks
 from tests.support.command_line import refusal, run_command, start_command
 
@@ -103,7 +103,7 @@ def _duty(speed_m_s: float) -> int:
 @needs_firmata
 def test_motors_with_two_pins_of_direction_turn(tmp_path: Path) -> None:
     """As an L298N has them."""
-    with uno_robot(tmp_path, board="uno_two_pins") as robot:
+    with UnoRobot(tmp_path, board="uno_two_pins") as robot:
         driver = FirmataRobot(f"{robot.host_link}?board=uno_two_pins")
         driver.open()
         drive_until(driver, robot, "wheels 255 -166 ", drive(0.5, 0.3, -0.15))
@@ -191,7 +191,7 @@ def test_danger_wheels_turn_on_when_the_link_is_cut_until_somebody_connects(
 @needs_firmata
 def test_a_robot_that_hangs_or_was_unplugged_comes_back_inactive(tmp_path: Path) -> None:
     """With its motors off."""
-    with uno_robot(tmp_path) as robot:
+    with UnoRobot(tmp_path) as robot:
         driver = FirmataRobot(str(robot.host_link))
         driver.open()
         drive_until(driver, robot, TURNING)

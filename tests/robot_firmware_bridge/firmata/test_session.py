@@ -14,7 +14,7 @@ from crcolony_bridge.firmata.session import FirmataSession
 from crcolony_bridge.link import open_link
 from crcolony_bridge.reference_firmware.driver import SerialFirmware
 
-from tests.robot_firmware_bridge.emulated_robot import emulated_robot
+from tests.robot_firmware_bridge.emulated_robot import AvrRobot
 from tests.robot_firmware_bridge.firmata.loose_link import LooseLink
 from tests.robot_firmware_bridge.firmata.uno_robot import UnoRobot, needs_firmata
 from tests.robot_firmware_bridge.firmware import needs_avr
@@ -89,7 +89,7 @@ def test_a_firmware_that_says_nothing_more_is_lost() -> None:
 def test_the_reference_firmware_is_none(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """And it is not upset by what it was asked."""
     monkeypatch.setattr(session_module, "STARTS_WITHIN_S", 1.0)
-    with emulated_robot(tmp_path) as robot:
+    with AvrRobot(tmp_path) as robot:
         said = pytest.raises(DeviceError, match="no Firmata answers")
         with connected(robot.host_link) as session, said:
             session.start()

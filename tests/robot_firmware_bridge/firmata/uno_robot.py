@@ -3,8 +3,6 @@
 import re
 import signal
 import subprocess
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -64,13 +62,3 @@ def _duty(motor: Motor, levels: list[int]) -> int:
     if high[0] == high[1]:
         return 0
     return levels[motor.pwm] if high[0] or high[1] is False else -levels[motor.pwm]
-
-
-@contextmanager
-def uno_robot(folder: Path, name: str = "uno", board: str = DEFAULT_BOARD) -> Iterator[UnoRobot]:
-    """Run an emulated Uno inside the context."""
-    robot = UnoRobot(folder, name, board)
-    try:
-        yield robot
-    finally:
-        robot.switch_off()

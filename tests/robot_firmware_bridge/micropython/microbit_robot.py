@@ -7,8 +7,6 @@ only the directions are seen. Nor can its input pins be set: its detectors of ob
 import shutil
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -65,13 +63,3 @@ class MicrobitRobot(EmulatedRobot):
             )
             if (left, right) != self.wheels:
                 self._add(f"wheels {left} {right} at {self.now_ms()}")
-
-
-@contextmanager
-def microbit_robot(folder: Path, name: str = "microbit") -> Iterator[MicrobitRobot]:
-    """Run an emulated micro:bit inside the context."""
-    robot = MicrobitRobot(folder, name)
-    try:
-        yield robot
-    finally:
-        robot.switch_off()

@@ -20,7 +20,6 @@ from tests.robot_firmware_bridge.driving import (
 )
 from tests.robot_firmware_bridge.micropython.microbit_robot import (
     MicrobitRobot,
-    microbit_robot,
     needs_microbit,
 )
 
@@ -31,7 +30,7 @@ STOPPED_WITHIN_MS = 400
 @pytest.fixture(scope="module")
 def microbit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[MicrobitRobot]:
     """A micro:bit that is switched on; the script stays on it from test to test."""
-    with microbit_robot(tmp_path_factory.mktemp("microbit")) as robot:
+    with MicrobitRobot(tmp_path_factory.mktemp("microbit")) as robot:
         yield robot
 
 

@@ -13,7 +13,6 @@ from crcolony_bridge.micropython.upload import is_running, upload
 
 from tests.robot_firmware_bridge.micropython.microbit_robot import (
     MicrobitRobot,
-    microbit_robot,
     needs_microbit,
 )
 
@@ -31,7 +30,7 @@ def linked(robot: MicrobitRobot) -> Iterator[Link]:
 @needs_microbit
 def test_a_program_that_runs_on_the_robot_is_ended(tmp_path: Path) -> None:
     """Whatever was on it before."""
-    with microbit_robot(tmp_path) as robot, linked(robot) as link:
+    with MicrobitRobot(tmp_path) as robot, linked(robot) as link:
         upload_module._enter_raw_mode(link, "here")
         upload_module._send(link, b"while True: print('busy')")
         assert not is_running(link)
@@ -43,7 +42,7 @@ def test_a_program_that_runs_on_the_robot_is_ended(tmp_path: Path) -> None:
 def test_what_micropython_refuses_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In its own words, as one line."""
     monkeypatch.setattr(upload_module, "statements", lambda paths, kept: [b"import wheels"])
-    with microbit_robot(tmp_path) as robot, linked(robot) as link:
+    with MicrobitRobot(tmp_path) as robot, linked(robot) as link:
         expected = r"^here: MicroPython refuses the script: ImportError: no module named 'wheels'$"
         with pytest.raises(DeviceError, match=expected):
             upload(link, "microbit", "here")

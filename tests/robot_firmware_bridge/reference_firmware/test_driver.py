@@ -4,7 +4,6 @@ import os
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
@@ -18,11 +17,11 @@ from crcolony_bridge.reference_firmware.messages import Boot, MessageType, Reset
 
 from crcolony.body import contract
 from tests.robot_firmware_bridge.driving import drive, drive_until, read_until, wait_for_state
-from tests.robot_firmware_bridge.emulated_robot import EmulatedFirmware, emulated_robot
+from tests.robot_firmware_bridge.emulated_robot import AvrRobot, EmulatedFirmware
 from tests.robot_firmware_bridge.firmware import needs_avr, needs_cortex_m3
 from tests.robot_firmware_bridge.noisy_link import NoisyLinks
-from tests.robot_firmware_bridge.qemu_robot import qemu_robot
-from tests.robot_firmware_bridge.rp2040_robot import needs_rp2040, rp2040_robot
+from tests.robot_firmware_bridge.qemu_robot import CortexRobot
+from tests.robot_firmware_bridge.rp2040_robot import Rp2040Robot, needs_rp2040
 
 STOPPED_WITHIN_MS = 300
 """What is promised for the reference firmware, from the last command on."""
@@ -31,10 +30,10 @@ STOPPED_WITHIN_MS = 300
 NOISE_S = 10.0
 RESET_WITHIN_MS = 350
 """Of a firmware that hangs, by a watchdog of 250 ms."""
-EMULATORS: dict[str, Callable[[Path], AbstractContextManager[EmulatedFirmware]]] = {
-    "ATmega2560": emulated_robot,
-    "Cortex-M3": qemu_robot,
-    "RP2040": rp2040_robot,
+EMULATORS: dict[str, Callable[[Path], EmulatedFirmware]] = {
+    "ATmega2560": AvrRobot,
+    "Cortex-M3": CortexRobot,
+    "RP2040": Rp2040Robot,
 }
 
 

@@ -18,10 +18,11 @@ pytestmark = needs_avr
 def test_a_word_is_repeated_until_the_next_one(tmp_path: Path) -> None:
     """About ten times a second, while the beacon is on; nothing longer is sent."""
     with ExitStack() as opened:
-        robots = [AvrRobot(tmp_path, name, 1, WORDS_ALONE) for name in ("left", "right")]
+        robots = [
+            opened.enter_context(AvrRobot(tmp_path, name, 1, WORDS_ALONE))
+            for name in ("left", "right")
+        ]
         drivers = [SerialFirmware(str(robot.host_link)) for robot in robots]
-        for robot in robots:
-            opened.callback(robot.switch_off)
         opened.enter_context(ir_air([robot.ir_link for robot in robots]))
         for driver in drivers:
             driver.open()

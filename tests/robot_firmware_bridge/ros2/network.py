@@ -3,18 +3,17 @@
 import signal
 import subprocess
 import sys
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from tests.robot_firmware_bridge.playground import free_port
-from tests.robot_firmware_bridge.printed_lines import PrintedLines
+from tests.robot_firmware_bridge.printed_lines import LineProcess
 from tests.support.paths import PYTHONPATH, ROOT
 
 NAMESPACE = "robot1"
 
 
-class Program(PrintedLines):
+class Program(LineProcess):
     """A running module of this folder that prints lines, `ready` first, and reads some."""
 
     def __init__(self, module: str, *arguments: str) -> None:
@@ -25,41 +24,22 @@ class Program(PrintedLines):
     def start(self) -> None:
         """Start it, or start it again; what it has printed before is forgotten."""
         self.lines = []
-        self._process = subprocess.Popen(
-            self._command,
-            cwd=ROOT,
-            env={"PYTHONPATH": PYTHONPATH},
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            bufsize=1,
+        self._begin(
+            subprocess.Popen(
+                self._command,
+                cwd=ROOT,
+                env={"PYTHONPATH": PYTHONPATH},
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                text=True,
+                bufsize=1,
+            )
         )
-        self._reading = threading.Thread(target=self._read, args=(self._process,), daemon=True)
-        self._reading.start()
         self.wait_for("ready")
-
-    def tell(self, line: str) -> None:
-        """Have it read a line."""
-        assert self._process.stdin is not None
-        self._process.stdin.write(f"{line}\n")
 
     def signal(self, number: signal.Signals) -> None:
         """Send it a signal."""
         self._process.send_signal(number)
-
-    def kill(self) -> None:
-        """Kill it, if it runs."""
-        self._process.kill()
-        self._process.wait()
-        self._reading.join()
-        for pipe in (self._process.stdin, self._process.stdout):
-            assert pipe is not None
-            pipe.close()
-
-    def _read(self, process: "subprocess.Popen[str]") -> None:
-        assert process.stdout is not None
-        for line in process.stdout:
-            self._add(line.strip())
 
 
 class Network:

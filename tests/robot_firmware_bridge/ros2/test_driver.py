@@ -23,10 +23,10 @@ from crcolony.transport.zenoh_session import NetworkSettings, open_session
 from tests.robot_firmware_bridge.aseba.driven import (
     drive,
     read_for,
-    read_until,
     turns,
     wait_for_state,
 )
+from tests.robot_firmware_bridge.driving import read_until
 from tests.robot_firmware_bridge.playground import free_port
 from tests.robot_firmware_bridge.ros2.network import Network, Program
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from crcolony.protocol.codec import VERSION
 from crcolony.protocol.identity import ID_BYTES, RobotId
+from crcolony.protocol.stop_messages import StopAddress
 
 ROOT = f"crcolony/{VERSION}"
 
@@ -140,11 +141,11 @@ def parse_arena_token(key: str) -> ArenaToken | None:
     return None
 
 
-def parse_stoppable(key: str) -> tuple[str, str] | None:
-    """Return name and session of the arena or bridge whose token this is, None for other keys."""
+def parse_stoppable(key: str) -> StopAddress | None:
+    """Return the address of the arena or bridge whose token this is, None for other keys."""
     match chunks(key):
         case ["arena", arena, "stoppable", session] if _are_names(arena, session):
-            return arena, session
+            return StopAddress(arena, session)
     return None
 
 

@@ -8,12 +8,13 @@ import errno
 import socket
 import struct
 import sys
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, TypeVar
 
 from crcolony.transport.endpoint import DATAGRAMS, UNIX_SOCKET, Endpoint
 from crcolony.transport.interface import NetworkError, NetworkUnavailableError
 
+_T = TypeVar("_T")
 _LOOPBACK = "127.0.0.1"
 _NAME_ERRORS = {
     socket.EAI_AGAIN: "its name cannot be looked up now",
@@ -47,17 +48,12 @@ def own_address_towards(endpoint: Endpoint) -> str:
     """Return this machine's address from which packets to an endpoint go; raises OSError without a way to it."""
     if endpoint.protocol == UNIX_SOCKET:
         return _LOOPBACK
-    problem: OSError | None = None
-    for family, address in _addresses(endpoint):
-        with socket.socket(family, socket.SOCK_DGRAM) as probe:
-            try:
-                _bind_to_interface(probe, endpoint.interface)
-                probe.connect(address)
-            except OSError as error:
-                problem = error
-                continue
-            return _own_host(probe)
-    raise problem or OSError(errno.EADDRNOTAVAIL, "it has no address")
+
+    def use(probe: socket.socket, address: Any) -> str:
+        probe.connect(address)
+        return _own_host(probe)
+
+    return _at_any_address(endpoint, socket.SOCK_DGRAM, use)
 
 
 def format_reason(error: OSError) -> str:
@@ -104,17 +100,26 @@ def _connect_unix(path: str, timeout_s: float) -> None:
 
 def _connect_tcp(endpoint: Endpoint, timeout_s: float) -> None:
     """Connect to any address of an endpoint, and close at once; raises OSError of the last address."""
+
+    def use(probe: socket.socket, address: Any) -> None:
+        probe.settimeout(timeout_s)
+        probe.connect(address)
+
+    _at_any_address(endpoint, socket.SOCK_STREAM, use)
+
+
+def _at_any_address(
+    endpoint: Endpoint, kind: socket.SocketKind, use: Callable[[socket.socket, Any], _T]
+) -> _T:
+    """Use a socket with every address of an endpoint in turn until that works; raises OSError of the last one."""
     problem: OSError | None = None
     for family, address in _addresses(endpoint):
-        with socket.socket(family, socket.SOCK_STREAM) as probe:
+        with socket.socket(family, kind) as probe:
             try:
                 _bind_to_interface(probe, endpoint.interface)
-                probe.settimeout(timeout_s)
-                probe.connect(address)
+                return use(probe, address)
             except OSError as error:
                 problem = error
-                continue
-            return
     raise problem or OSError(errno.EADDRNOTAVAIL, "it has no address")
 
 

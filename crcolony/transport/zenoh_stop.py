@@ -29,14 +29,14 @@ class _Others:
 
     def handle(self, sample: zenoh.Sample) -> None:
         """Follow a token."""
-        parsed = parse_stoppable(str(sample.key_expr))
-        if parsed is None or parsed == (self._own.arena, self._own.session):
+        address = parse_stoppable(str(sample.key_expr))
+        if address is None or address == self._own:
             return
         with self._mutex:
             if sample.kind == zenoh.SampleKind.DELETE:
-                self._known.discard(StopAddress(*parsed))
+                self._known.discard(address)
             elif len(self._known) < _MAX_KNOWN:
-                self._known.add(StopAddress(*parsed))
+                self._known.add(address)
 
     def named(self) -> list[StopAddress]:
         """Return those that fit into a reply."""
@@ -99,10 +99,10 @@ def ask_to_stop(
         if reply.ok is not None
     ]
     seen = {
-        StopAddress(*parsed)
+        address
         for token in session.liveliness().get(ALL_STOPPABLE, timeout=timeout_s)
         if token.ok is not None
-        and (parsed := parse_stoppable(str(token.ok.key_expr))) is not None
-        and arena in ("*", parsed[0])
+        and (address := parse_stoppable(str(token.ok.key_expr))) is not None
+        and arena in ("*", address.arena)
     }
     return replies, seen

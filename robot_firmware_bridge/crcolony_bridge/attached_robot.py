@@ -4,6 +4,7 @@ The thread writes the newest action and reads the newest reading. It never repea
 the one who drives keeps sending.
 """
 
+import enum
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -18,8 +19,14 @@ _OPEN_RETRY_S = 1.0
 _CLEAR_TIMEOUT_S = 1.0
 _MAX_IR_MESSAGES = 32
 """Infrared messages that wait for the next control period."""
-_LOW = "battery low: it meets nobody until it is charged"
-_EXHAUSTED = "battery critical: it stands still until it is charged"
+
+
+class _Battery(enum.Enum):
+    """What a robot says of its battery, and what follows from that."""
+
+    GOOD = "battery charged"
+    LOW = "battery low: it meets nobody until it is charged"
+    CRITICAL = "battery critical: it stands still until it is charged"
 
 
 class AttachedRobot:
@@ -46,8 +53,7 @@ class AttachedRobot:
         self._beacon: bytes | None = None
         self._is_driven = self._is_held = False
         self._clearing: Future[bool] | None = None
-        self._battery = ""
-        """What is wrong with its battery"""
+        self._battery = _Battery.GOOD
         self._is_closed = threading.Event()
         self._shown = ""
         self._thread = threading.Thread(target=self._run, name=f"robot {name}", daemon=True)
@@ -83,12 +89,12 @@ class AttachedRobot:
     @property
     def may_meet(self) -> bool:
         """Whether its battery is good enough to mate: offspring of a robot that fails could not live."""
-        return not self._battery
+        return self._battery is _Battery.GOOD
 
     @property
     def is_exhausted(self) -> bool:
         """Whether its battery is critical: it stands still, and who lives in it rests until it is charged."""
-        return self._battery == _EXHAUSTED
+        return self._battery is _Battery.CRITICAL
 
     @property
     def count(self) -> int:
@@ -166,13 +172,15 @@ class AttachedRobot:
             self._write(action, beacon)
 
     def _follow_battery(self, reading: Reading) -> None:
-        before, self._battery = self._battery, ""
+        before = self._battery
         if reading.is_battery_critical:
-            self._battery = _EXHAUSTED
+            self._battery = _Battery.CRITICAL
         elif reading.is_battery_low:
-            self._battery = _LOW
-        if self._battery != before:
-            self._print_line(f"{self.name}: {self._battery or 'battery charged'}")
+            self._battery = _Battery.LOW
+        else:
+            self._battery = _Battery.GOOD
+        if self._battery is not before:
+            self._print_line(f"{self.name}: {self._battery.value}")
 
     def _clear(self, clearing: "Future[bool]") -> None:
         is_cleared = self._driver.clear()

@@ -4,6 +4,7 @@ import threading
 from queue import Empty, Queue
 
 import numpy as np
+from crcolony_bridge.attached_robot import AttachedRobot
 from crcolony_bridge.driver import DriverState, Reading, RobotDescription, limited_action
 from crcolony_bridge.errors import DeviceError, DeviceLostError
 
@@ -104,6 +105,26 @@ class BrokenDriver(FakeDriver):
     def open(self) -> None:
         """Refuse."""
         raise DeviceError("fake: permission denied")
+
+
+class AttachedFakes:
+    """So many robots that are plugged in and driven, and the lines that they print."""
+
+    def __init__(self, count: int) -> None:
+        self.drivers = [FakeDriver() for _ in range(count)]
+        self.lines: list[str] = []
+        self.robots = [
+            AttachedRobot(f"robot{k}", driver, self.lines.append)
+            for k, driver in enumerate(self.drivers)
+        ]
+        for robot in self.robots:
+            robot.open()
+            robot.start()
+
+    def close(self) -> None:
+        """Unplug them."""
+        for robot in self.robots:
+            robot.close()
 
 
 def reading(battery: float = 0.5, *heard: bytes) -> Reading:

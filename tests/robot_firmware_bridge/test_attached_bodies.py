@@ -7,7 +7,6 @@ import msgspec
 import numpy as np
 import pytest
 from crcolony_bridge.attached_bodies import AttachedBodies, body_settings
-from crcolony_bridge.attached_robot import AttachedRobot
 from crcolony_bridge.driver import DriverState, RobotDescription
 
 from crcolony.body import contract
@@ -23,25 +22,17 @@ from crcolony.protocol.body_messages import (
     pack_row,
     unpack_row,
 )
-from tests.robot_firmware_bridge.fake_driver import FakeDriver, reading
+from tests.robot_firmware_bridge.fake_driver import AttachedFakes, reading
 from tests.support.process import wait_until
 
 IDS = [bytes([k]) * 16 for k in range(1, 5)]
 
 
-class Setup:
+class Setup(AttachedFakes):
     """Two attached robots as bodies."""
 
     def __init__(self) -> None:
-        self.drivers = [FakeDriver(), FakeDriver()]
-        self.lines: list[str] = []
-        self.robots = [
-            AttachedRobot(f"robot{k}", driver, self.lines.append)
-            for k, driver in enumerate(self.drivers)
-        ]
-        for robot in self.robots:
-            robot.open()
-            robot.start()
+        super().__init__(2)
         self.bodies = AttachedBodies(self.robots, 7, 0.1, energy_per_charge=0.5)
         self.now_s = 0.0
 
@@ -92,8 +83,7 @@ def setup() -> Iterator[Setup]:
     """Two robots that are plugged in."""
     made = Setup()
     yield made
-    for robot in made.robots:
-        robot.close()
+    made.close()
 
 
 def test_a_robot_joins_observes_and_drives(setup: Setup) -> None:

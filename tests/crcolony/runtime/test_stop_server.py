@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 
 import pytest
-from crcolony_bridge.attached_robot import AttachedRobot
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -16,26 +15,18 @@ from crcolony.protocol.stop_messages import (
     decode_stop_reply,
 )
 from crcolony.runtime.stop_server import StopServer
-from tests.robot_firmware_bridge.fake_driver import FakeDriver
+from tests.robot_firmware_bridge.fake_driver import AttachedFakes
 from tests.support.process import wait_until
 
 ID = bytes(16)
 ADDRESS, OTHER = StopAddress("lab", "a1"), StopAddress("arena", "b2")
 
 
-class Setup:
+class Setup(AttachedFakes):
     """Three robots and their stop."""
 
     def __init__(self) -> None:
-        self.drivers = [FakeDriver() for _ in range(3)]
-        self.lines: list[str] = []
-        self.robots = [
-            AttachedRobot(f"robot{k}", driver, self.lines.append)
-            for k, driver in enumerate(self.drivers)
-        ]
-        for robot in self.robots:
-            robot.open()
-            robot.start()
+        super().__init__(3)
         self.stop = StopServer(self.robots, ADDRESS, self.lines.append)
 
     def ask(self, message: Stop | Clear) -> StopReply:
@@ -50,8 +41,7 @@ def setup() -> Iterator[Setup]:
     """Three robots that are plugged in."""
     made = Setup()
     yield made
-    for robot in made.robots:
-        robot.close()
+    made.close()
 
 
 def test_all_robots_stop_and_are_released(setup: Setup) -> None:

@@ -11,7 +11,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from types import FrameType
-from typing import Self
+from typing import Any, Self
 
 ENDS_WITH_PARENT = "CRCOLONY_ENDS_WITH_PARENT"
 """Environment variable of a process whose standard input is a pipe that the process that started it holds open."""
@@ -39,10 +39,9 @@ class ShutdownSignal:
         self._requests = 0
         self._is_interruptible = self._is_interrupted = False
         self._wake = wake
-        self._earlier = {number: signal.getsignal(number) for number in _SIGNALS}
-        for number, handler in self._earlier.items():
-            if number != signal.SIGHUP or handler is not signal.SIG_IGN:
-                signal.signal(number, self._handle_signal)
+        self._earlier = _handlers()
+        for number in self._earlier:
+            signal.signal(number, self._handle_signal)
 
     def __enter__(self) -> Self:
         return self
@@ -119,21 +118,28 @@ def interrupted_once() -> Iterator[None]:
 
     Nothing interrupts that a second time.
     """
-    earlier = {number: signal.getsignal(number) for number in _SIGNALS}
-    taken = [n for n, h in earlier.items() if n != signal.SIGHUP or h is not signal.SIG_IGN]
+    earlier = _handlers()
 
     def interrupt(_number: int, _frame: FrameType | None) -> None:
-        for number in taken:
+        for number in earlier:
             signal.signal(number, signal.SIG_IGN)
         raise KeyboardInterrupt
 
-    for number in taken:
+    for number in earlier:
         signal.signal(number, interrupt)
     try:
         yield
     finally:
-        for number in taken:
-            signal.signal(number, earlier[number])
+        for number, handler in earlier.items():
+            signal.signal(number, handler)
+
+
+def _handlers() -> dict[signal.Signals, Any]:
+    """Return the signals that ask to shut down, with what handles each now; without SIGHUP if that is ignored."""
+    handlers = {number: signal.getsignal(number) for number in _SIGNALS}
+    if handlers[signal.SIGHUP] is signal.SIG_IGN:
+        del handlers[signal.SIGHUP]
+    return handlers
 
 
 def end_with_parent() -> None:

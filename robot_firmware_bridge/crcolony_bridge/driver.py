@@ -5,6 +5,7 @@ entry-point group `crcolony_bridge.drivers`, and tests it with `crcolony_bridge.
 """
 
 import enum
+import math
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
@@ -14,6 +15,12 @@ from crcolony.body import contract
 from crcolony.compiled import FloatArray
 
 _WHEELS = [contract.WHEEL_LEFT, contract.WHEEL_RIGHT]
+PROXIMITY_BEARINGS_RAD = tuple(
+    np.linspace(-math.pi / 2, math.pi / 2, contract.PROXIMITY_SENSORS).tolist()
+)
+"""Of the columns of an observation, those of a simulated body: from right to left."""
+_AHEAD_RAD = math.radians(5.0)
+"""How far from straight ahead something may be for the range sensor ahead."""
 
 
 class DriverState(enum.Enum):
@@ -172,6 +179,20 @@ def empty_observation(range_m: float) -> FloatArray:
     row[contract.BATTERY] = 1.0
     row[contract.ENCOUNTER_ROBOT] = -1.0
     return row
+
+
+def observe_distances(row: FloatArray, bearings_rad: FloatArray, distances_m: FloatArray) -> None:
+    """Write what is seen in these directions (n,), at these distances from the hull (n,), to an observation.
+
+    A column has the nearest of all that is nearer to its bearing than to those of others, and the range sensor the
+    nearest of all that is straight ahead; both at most what stands there before.
+    """
+    sector_rad = PROXIMITY_BEARINGS_RAD[1] - PROXIMITY_BEARINGS_RAD[0]
+    columns = np.rint((bearings_rad - PROXIMITY_BEARINGS_RAD[0]) / sector_rad).astype(np.int64)
+    is_seen = (columns >= 0) & (columns < contract.PROXIMITY_SENSORS)
+    np.minimum.at(row, contract.PROXIMITY + columns[is_seen], distances_m[is_seen])
+    is_ahead = np.abs(bearings_rad) <= _AHEAD_RAD
+    row[contract.IR_RANGE] = distances_m[is_ahead].min(initial=row[contract.IR_RANGE])
 
 
 def limited_action(

@@ -2,7 +2,12 @@
 
 import numpy as np
 import pytest
-from crcolony_bridge.driver import RobotDescription, limited_action
+from crcolony_bridge.driver import (
+    RobotDescription,
+    empty_observation,
+    limited_action,
+    observe_distances,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -45,3 +50,13 @@ def test_a_battery_is_between_empty_and_full() -> None:
     """And unknown for a robot that does not measure it."""
     assert [ROBOT.battery_level(v) for v in (2.0, 3.0, 3.25, 4.0, 5.0)] == [0, 0, 0.25, 1, 1]
     assert RobotDescription("blind").battery_level(3.7) == 0.0
+
+
+def test_a_column_has_the_nearest_of_what_is_nearest_to_its_bearing() -> None:
+    """From right to left; what is straight ahead the range sensor has, too, and what is behind nobody has."""
+    row = empty_observation(0.5)
+    bearings_deg = np.array([-80.0, 3.0, -10.0, 35.0, 31.0, 120.0])
+    observe_distances(row, np.radians(bearings_deg), np.array([0.1, 0.2, 0.15, 0.4, 0.3, 0.05]))
+    columns = row[contract.PROXIMITY : contract.PROXIMITY + contract.PROXIMITY_SENSORS]
+    assert columns.tolist() == [0.1, 0.5, 0.5, 0.15, 0.3, 0.5, 0.5]
+    assert row[contract.IR_RANGE] == 0.2

@@ -7,7 +7,13 @@ import numpy as np
 
 from crcolony.body import contract
 from crcolony.body.settings import WHEEL_LIMIT_M_S
-from crcolony_bridge.driver import IrMode, Reading, RobotDescription, empty_observation
+from crcolony_bridge.driver import (
+    IrMode,
+    Reading,
+    RobotDescription,
+    empty_observation,
+    observe_distances,
+)
 from crcolony_bridge.errors import DeviceError
 from crcolony_bridge.infrared.short_beacon import WORD_BYTES
 from crcolony_bridge.reference_firmware.messages import (
@@ -56,9 +62,10 @@ def reading_of(
 ) -> Reading:
     """Return a robot's telemetry as a reading; what it has no sensor for stays 0, or out of range."""
     row = empty_observation(robot.proximity_range_m)
-    for sensor, mm in enumerate(telemetry.proximity_mm[: contract.PROXIMITY_SENSORS]):
-        if mm != UNKNOWN_MM:
-            row[contract.PROXIMITY + sensor] = min(mm * _MM, robot.proximity_range_m)
+    sensors = zip(robot.proximity_bearings_rad, telemetry.proximity_mm, strict=False)
+    seen = [(bearing_rad, mm * _MM) for bearing_rad, mm in sensors if mm != UNKNOWN_MM]
+    if seen:
+        observe_distances(row, *np.array(seen).T)
     row[contract.GYRO] = telemetry.gyro_mrad_s * _MM
     wheels = np.array([telemetry.left_mm_s, telemetry.right_mm_s]) * _MM
     row[contract.WHEELS : contract.WHEELS + 2] = np.clip(wheels, -WHEEL_LIMIT_M_S, WHEEL_LIMIT_M_S)

@@ -27,7 +27,13 @@ import numpy as np
 
 from crcolony.body import contract
 from crcolony.compiled import FloatArray
-from crcolony_bridge.driver import DriverState, Reading, RobotDescription, limited_action
+from crcolony_bridge.driver import (
+    PROXIMITY_BEARINGS_RAD,
+    DriverState,
+    Reading,
+    RobotDescription,
+    limited_action,
+)
 from crcolony_bridge.errors import DeviceError, DeviceLostError
 from crcolony_bridge.reconnecting_driver import ReconnectingDriver
 from crcolony_bridge.ros2 import keys, senses
@@ -52,12 +58,7 @@ _STANDING_M_S = 0.01
 _FORGET_S = 1.0
 """Distances that are older are not observed any more."""
 _BATTERY_LOW, _BATTERY_CRITICAL = 0.2, 0.05
-_WITHOUT = [
-    contract.JAW,
-    *range(contract.LED, contract.LED + 3),
-    contract.SPEAKER,
-    contract.BEACON,
-]
+_WITHOUT = slice(contract.JAW, contract.BEACON + 1)
 """What these robots do not have."""
 
 
@@ -288,7 +289,7 @@ def describe(address: Ros2Address) -> RobotDescription:
         track_m=base.track_m,
         radius_m=base.radius_m,
         max_speed_m_s=base.max_speed_m_s,
-        proximity_bearings_rad=senses.BEARINGS_RAD,
+        proximity_bearings_rad=PROXIMITY_BEARINGS_RAD,
         proximity_range_m=senses.PROXIMITY_RANGE_M,
         watchdog_s=base.watchdog_s,
         watchdog="robot's own base" if base.watchdog_s > 0.0 else "none",

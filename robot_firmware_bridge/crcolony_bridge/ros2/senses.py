@@ -11,18 +11,13 @@ import numpy as np
 from crcolony.body import contract
 from crcolony.body.settings import WHEEL_LIMIT_M_S, CyberRodent
 from crcolony.compiled import FloatArray
-from crcolony_bridge.driver import empty_observation
+from crcolony_bridge.driver import empty_observation, observe_distances
 from crcolony_bridge.ros2.address import Base
 from crcolony_bridge.ros2.messages import BatteryState, LaserScan, Odometry, Range, Twist
 
-BEARINGS_RAD = tuple(np.linspace(-math.pi / 2, math.pi / 2, contract.PROXIMITY_SENSORS).tolist())
-"""Of the proximity columns, those of a simulated body; each one covers the angles that are nearest to it."""
 PROXIMITY_RANGE_M = CyberRodent().proximity_range_m
 IR_RANGE_M = CyberRodent().ir_range_m
 """How far is observed, though a scanner measures farther: as a simulated body observes."""
-_SECTOR_RAD = BEARINGS_RAD[1] - BEARINGS_RAD[0]
-_AHEAD_RAD = math.radians(5.0)
-"""How far from straight ahead something may be for the range sensor ahead."""
 
 Distances = FloatArray
 """Bearings, left is positive (rad), and distances from the hull (m): (n, 2)."""
@@ -51,13 +46,8 @@ def observe(
 ) -> FloatArray:
     """Return the observation (OBSERVATION_WIDTH,); `battery` is its level, None if it does not measure it."""
     row = empty_observation(PROXIMITY_RANGE_M)
-    proximity_m = row[contract.PROXIMITY : contract.PROXIMITY + contract.PROXIMITY_SENSORS]
-    bearings_rad, distances_m = distances.T
-    columns = np.rint((bearings_rad - BEARINGS_RAD[0]) / _SECTOR_RAD).astype(np.int64)
-    is_seen = (columns >= 0) & (columns < contract.PROXIMITY_SENSORS)
-    np.minimum.at(proximity_m, columns[is_seen], distances_m[is_seen])
-    is_ahead = np.abs(bearings_rad) <= _AHEAD_RAD
-    row[contract.IR_RANGE] = distances_m[is_ahead].min(initial=IR_RANGE_M)
+    row[contract.IR_RANGE] = IR_RANGE_M
+    observe_distances(row, *distances.T)
     row[contract.GYRO] = odometry.twist.twist.angular.z
     row[contract.WHEELS : contract.WHEELS + 2] = np.clip(
         wheel_speeds_m_s(odometry, base), -WHEEL_LIMIT_M_S, WHEEL_LIMIT_M_S

@@ -26,7 +26,7 @@ void hal_set_speaker(uint8_t loudness);
 void hal_set_jaw(uint8_t is_closed);
 
 uint16_t hal_battery_mv(void);
-/* Distance at a proximity sensor (mm, 0xFFFF: nothing in range); 0 is rightmost. */
+/* Distance at a proximity sensor (mm, 0xFFFF: nothing in range), in the order of the bearings in the description. */
 uint16_t hal_proximity_mm(uint8_t sensor);
 /* Measured wheel speeds (mm/s); of a robot without encoders, the speeds that were set. */
 void hal_wheel_speeds(int16_t *left_mm_s, int16_t *right_mm_s);

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from crcolony_bridge.driver import PROXIMITY_BEARINGS_RAD
 from crcolony_bridge.ros2.address import BASES, CREATE3
 from crcolony_bridge.ros2.messages import (
     BatteryState,
@@ -15,7 +16,6 @@ from crcolony_bridge.ros2.messages import (
     Vector3,
 )
 from crcolony_bridge.ros2.senses import (
-    BEARINGS_RAD,
     NO_DISTANCES,
     battery_level,
     distances_of_ranges,
@@ -83,7 +83,7 @@ def test_nothing_around_is_the_range_of_the_sensors() -> None:
 
 def test_each_column_has_the_nearest_distance_of_its_sector() -> None:
     """From the hull, not from the scanner; column 0 is rightmost, and nobody looks back."""
-    assert np.degrees(BEARINGS_RAD) == pytest.approx([-90, -60, -30, 0, 30, 60, 90])
+    assert np.degrees(PROXIMITY_BEARINGS_RAD) == pytest.approx([-90, -60, -30, 0, 30, 60, 90])
     assert proximity_m({0: 0.37, 10: 0.27, 20: 0.45})[3:5] == pytest.approx([0.1, 0.28])
     assert proximity_m({-90: 0.2, 104: 0.3})[::6] == pytest.approx([0.03, 0.13])
     assert proximity_m({-110: 0.2, 180 - 360: 0.2, 150: 0.2}) == [0.3] * 7

@@ -20,8 +20,9 @@ from contextlib import suppress
 
 from crcolony.body import contract
 from crcolony.compiled import FloatArray
+from crcolony_bridge.device_address import parse_address
 from crcolony_bridge.driver import DriverState, Reading, limited_action
-from crcolony_bridge.errors import DeviceError, DeviceLostError
+from crcolony_bridge.errors import DeviceLostError
 from crcolony_bridge.firmata.board import DEFAULT_BOARD, load_board
 from crcolony_bridge.firmata.senses import reading_of
 from crcolony_bridge.firmata.session import PERIOD_S, FirmataSession
@@ -44,7 +45,7 @@ class FirmataRobot(ReconnectingDriver):
     """Longer than the longest time to live: the wheels have been stopped before the link is given up."""
 
     def __init__(self, address: str, connect: Callable[[str, int], Link] = open_link) -> None:
-        self._address, board = parse_address(address)
+        self._address, board = parse_address(address, DEFAULT_BOARD)
         self._board = load_board(board)
         super().__init__(self._board.describe(uid_of(self._address), PERIOD_S))
         self._open_link = connect
@@ -139,17 +140,6 @@ class FirmataRobot(ReconnectingDriver):
         with suppress(DeviceLostError):
             if session is not None:
                 session.stand_still()
-
-
-def parse_address(address: str) -> tuple[str, str]:
-    """Return the device and the name of the board; raises DeviceError for an option that there is not."""
-    place, _, option = address.partition("?")
-    name, _, board = option.partition("=")
-    if option and (name != "board" or not board):
-        raise DeviceError(
-            f"{address}: expected DEVICE?board=NAME, as in /dev/ttyACM0?board={DEFAULT_BOARD}"
-        )
-    return place, board or DEFAULT_BOARD
 
 
 def uid_of(place: str) -> str:

@@ -1,8 +1,8 @@
 """The source that is uploaded: of the modules here, what a controller with nine kilobytes of memory has room for.
 
 Docstrings, annotations and imports for them go; numbers stand where constants have names; and our own names become
-short, for MicroPython keeps every name. What is imported keeps its names, so that no name of ours may be one of an
-imported thing's attributes.
+short, for MicroPython keeps every name. What is imported keeps its names, and so do the attributes that are used of it
+directly; of objects that it makes, no attribute may have a name of ours.
 """
 
 import ast
@@ -66,7 +66,8 @@ class _Stripped(ast.NodeTransformer):
         return node
 
     def visit_ImportFrom(self, node: ast.ImportFrom) -> ast.ImportFrom | None:
-        return None if node.module == "typing" else node
+        is_here = (node.module or "").startswith("crcolony_bridge")  # uploaded, too
+        return None if is_here or node.module == "typing" else node
 
     def visit_If(self, node: ast.If) -> ast.If | None:
         self.generic_visit(node)
@@ -79,7 +80,8 @@ class _Shortened(ast.NodeTransformer):
 
     def __init__(self, statements: list[ast.stmt], kept: set[str]) -> None:
         nodes = [node for statement in statements for node in ast.walk(statement)]
-        foreign = kept | set(dir(builtins)) | set(itertools.chain(*map(_imported_by, nodes)))
+        imported = set(itertools.chain(*map(_imported_by, nodes)))
+        foreign = kept | set(dir(builtins)) | imported | _attributes_of(imported, nodes)
         own = dict.fromkeys(itertools.chain(*map(_defined_by, nodes)))
         renamed = [name for name in own if name not in foreign and not name.startswith("__")]
         self._short = dict(zip(renamed, _short_names(), strict=False))
@@ -100,6 +102,12 @@ def _short_names() -> Iterator[str]:
 
 def _imported_by(node: ast.AST) -> list[str]:
     return [alias.name for alias in node.names] if isinstance(node, ast.ImportFrom) else []
+
+
+def _attributes_of(names: set[str], nodes: list[ast.AST]) -> set[str]:
+    """Return the attributes that are used of what has these names."""
+    attributes = [node for node in nodes if isinstance(node, ast.Attribute)]
+    return {a.attr for a in attributes if isinstance(a.value, ast.Name) and a.value.id in names}
 
 
 def _defined_by(node: ast.AST) -> list[str]:

@@ -13,8 +13,13 @@ from crcolony_bridge.reference_firmware import messages
 from crcolony_bridge.reference_firmware.frames import FrameReader, encode_frame
 from crcolony_bridge.reference_firmware.messages import MessageType
 
-BOARDS = {"microbit": "Microbit"}
-"""The class of each board."""
+_USB_CONSOLE = "boards/usb_console.py"
+BOARDS = {
+    "microbit": (("boards/microbit.py",), "Microbit"),
+    "pololu_3pi_2040": ((_USB_CONSOLE, "boards/pololu_3pi_2040.py"), "Pololu3pi"),
+    "xrp": ((_USB_CONSOLE, "boards/xrp.py"), "Xrp"),
+}
+"""The modules of each board, and its class."""
 _INTERRUPT, _RAW, _EXECUTE = b"\r\x03\x03", b"\x01", b"\x04"
 _PROMPT = b"raw REPL; CTRL-B to exit\r\n>"
 _SLICE_BYTES, _PAUSE_S = 32, 0.01
@@ -23,21 +28,19 @@ _TRIES, _PONG_WITHIN_S = 2, 0.3
 
 
 def upload(link: Link, board: str, address: str) -> None:
-    """Upload the script for a board, unless it is running already: its latch is kept then.
+    """Upload the script for a board of `BOARDS`, unless it is running already: its latch is kept then.
 
     Raises DeviceError where a person has to do something, and DeviceLostError if the device goes meanwhile.
     """
-    if board not in BOARDS:
-        raise DeviceError(f"{address}: no board {board!r}; there is {', '.join(sorted(BOARDS))}")
     if is_running(link):
         return
     _enter_raw_mode(link, address)
     _execute(link, b"import gc, micropython\nmicropython.opt_level(3)", address)  # no line numbers
-    kept = {"run", BOARDS[board]}
-    for statement in statements([f"boards/{board}.py", "robot_script.py"], kept):
+    modules, name = BOARDS[board]
+    for statement in statements([*modules, "robot_script.py"], {"run", name}):
         _execute(link, statement, address)
         _execute(link, b"gc.collect()", address)  # or memory is in too many pieces
-    _send(link, f"run({BOARDS[board]}())".encode())
+    _send(link, f"run({name}())".encode())
     _wait_for_boot(link, address)
 
 

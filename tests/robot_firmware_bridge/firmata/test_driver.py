@@ -11,7 +11,7 @@ from crcolony_bridge.driver import DriverState
 from crcolony_bridge.errors import DeviceError
 from crcolony_bridge.firmata import wheels
 from crcolony_bridge.firmata.board import DEFAULT_BOARD, load_board
-from crcolony_bridge.firmata.driver import FirmataRobot, parse_address, uid_of
+from crcolony_bridge.firmata.driver import FirmataRobot, uid_of
 
 from crcolony.body import contract
 from tests.robot_firmware_bridge.driving import (
@@ -47,13 +47,9 @@ def keeps_turning(uno: UnoRobot, seconds: float) -> bool:
     return uno.wheels != (0, 0) and uno.match("wheels 0 0", since) is None
 
 
-def test_an_address_is_a_device_and_a_board() -> None:
-    """The motor shield if none is named; anything else is refused with what is expected."""
-    assert parse_address("/dev/ttyACM0") == ("/dev/ttyACM0", DEFAULT_BOARD)
-    assert parse_address("tcp:a:1?board=my.toml") == ("tcp:a:1", "my.toml")
-    for wrong in ("/dev/ttyACM0?baud=9600", "/dev/ttyACM0?board=", "/dev/ttyACM0?board"):
-        with pytest.raises(DeviceError, match=r"expected DEVICE\?board=NAME"):
-            parse_address(wrong)
+def test_a_board_that_there_is_not_is_said() -> None:
+    """The motor shield is the board if none is named."""
+    assert FirmataRobot("/dev/ttyACM0").description.model == load_board(DEFAULT_BOARD).model
     with pytest.raises(DeviceError, match="no board is called toaster"):
         FirmataRobot("/dev/ttyACM0?board=toaster")
 

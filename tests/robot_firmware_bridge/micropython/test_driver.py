@@ -154,6 +154,6 @@ def test_a_device_without_micropython_is_said() -> None:
     with pytest.raises(DeviceError, match="no MicroPython answers; check the baud rate"):
         MicroPythonRobot(path).open()
     with pytest.raises(DeviceError, match=r"no board 'toaster'; there is microbit"):
-        MicroPythonRobot(path, board="toaster").open()
+        MicroPythonRobot(f"{path}?board=toaster")
     os.close(leader)
     os.close(follower)

@@ -13,6 +13,7 @@ PAGE = ROOT / "docs/architecture.md"
 FOLDERS = (
     ROOT / "crcolony",
     ROOT / "dashboards/crcolony_dashboards",
+    ROOT / "deploy/crcolony_deploy",
     ROOT / "robot_firmware_bridge/crcolony_bridge",
 )
 BEGIN = "<!-- drawn by docs/draw_rooms.py -->"

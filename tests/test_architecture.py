@@ -17,17 +17,20 @@ MAX_FUNCTION_LINES = 60
 PRODUCT = (
     ROOT / "crcolony",
     ROOT / "dashboards/crcolony_dashboards",
+    ROOT / "deploy/crcolony_deploy",
     ROOT / "robot_firmware_bridge/crcolony_bridge",
 )
 TESTS = {
     "crcolony": ROOT / "tests/crcolony",
     "crcolony_bridge": ROOT / "tests/robot_firmware_bridge",
     "crcolony_dashboards": ROOT / "tests/dashboards",
+    "crcolony_deploy": ROOT / "tests/deploy",
 }
 DOCUMENTS = [
     *ROOT.glob("*.md"),
     *ROOT.glob("docs/*.md"),
     *ROOT.glob("dashboards/*.md"),
+    *ROOT.glob("deploy/*.md"),
     *ROOT.glob("robot_firmware_bridge/*.md"),
 ]
 
@@ -128,7 +131,7 @@ ABOUT_SEVERAL = [
 """Test files that show what several modules do together."""
 
 PATH = re.compile(
-    r"`((?:configs|crcolony|dashboards|docs|examples|robot_firmware_bridge|tests)/[\w./-]+)`"
+    r"`((?:configs|crcolony|dashboards|deploy|docs|examples|robot_firmware_bridge|tests)/[\w./-]+)`"
 )
 """How documents name a file or folder of the checkout."""
 
@@ -267,7 +270,7 @@ def _is_mirrored(path: Path) -> bool:
 
 def _exists(file: str, name: str | None) -> bool:
     """Tell whether there is a file whose path ends so, and it defines the name."""
-    folders = ("crcolony", "dashboards", "docs", "examples", "robot_firmware_bridge", "tests")
+    folders = ("crcolony", "dashboards", "deploy", "docs", "examples", "robot_firmware_bridge", "tests")
     paths = [path for folder in folders for path in (ROOT / folder).rglob(Path(file).name)]
     paths = [path for path in paths if f"/{path.relative_to(ROOT)}".endswith(f"/{file}")]
     return bool(paths) and (name is None or any(_defines(path, name) for path in paths))

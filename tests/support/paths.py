@@ -5,5 +5,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 
-PYTHONPATH = os.pathsep.join(map(str, (ROOT, ROOT / "dashboards", ROOT / "robot_firmware_bridge")))
+PYTHONPATH = os.pathsep.join(
+    str(ROOT / folder) for folder in (".", "dashboards", "deploy", "robot_firmware_bridge")
+)
 """For processes that tests start: they run the code of this checkout, whatever is installed."""

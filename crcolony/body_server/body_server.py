@@ -64,8 +64,8 @@ class BodyServer:
                     self._bodies.apply_action(robot, decode_action(data))
                 except WireError:
                     self._bodies.counts["malformed"] += 1
-            case QueryReceived(topic="join", payload=payload, reply=reply):
-                self._handle_join_query(now_s, payload, reply)
+            case QueryReceived(topic="join", robot=robot, payload=payload, reply=reply):
+                self._handle_join_query(now_s, robot, payload, reply)
             case QueryReceived(topic="metadata", payload=payload, reply=reply):
                 self._reply_metadata(now_s, payload, reply)
             case RobotOnline(robot=robot, incarnation=incarnation, session=session):
@@ -82,10 +82,13 @@ class BodyServer:
             self._on_leave(robot)
 
     def _handle_join_query(
-        self, now_s: float, payload: bytes, reply: Callable[[bytes], None]
+        self, now_s: float, robot: RobotId, payload: bytes, reply: Callable[[bytes], None]
     ) -> None:
+        """Handle a query of `robot`: the network may let nobody else use its key, so its content must be its own."""
         try:
             request = decode_join(payload)
+            if request.robot != robot:
+                raise WireError("under the key of another robot")
         except WireError as error:
             self._bodies.counts["malformed"] += 1
             self._print_limited(now_s, f"malformed request for a body: {error}")

@@ -72,6 +72,10 @@ def _launch(options: argparse.Namespace) -> int:
     from crcolony.runtime.launch import run_launch
     from crcolony.runtime.launch_plan import LaunchOptions
 
+    if options.credentials is not None:
+        raise UsageError(
+            "--credentials: every process of a deployment has its own; start them by themselves"
+        )
     start = Start(options, "launch")
     config = config_for_robots(options, start, usual=4, spare_slots=0)
     if options.robots_only and (options.lockstep or options.hz or options.speed):

@@ -1,6 +1,9 @@
 """Options of the commands that use the network: endpoints, names, the clock, and the config for many robots."""
 
 import argparse
+import os
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from crcolony.commands.options import (
@@ -13,10 +16,13 @@ from crcolony.commands.options import (
 if TYPE_CHECKING:
     from crcolony.commands.earlier_run import Start
     from crcolony.config import Config
-    from crcolony.transport.zenoh_session import NetworkSettings
+    from crcolony.transport.network_settings import NetworkSettings
 
 NAME_RULE = "letters, digits, . _ and -, at most 64"
 """Of the names of colonies and arenas, which are parts of key expressions."""
+
+_OPEN_NETWORK = "CRCOLONY_OPEN_NETWORK"
+"""The environment variable that allows `--open-network`: one switch could be copied by accident."""
 
 
 def add_network(parser: argparse.ArgumentParser) -> None:
@@ -43,6 +49,18 @@ def add_network(parser: argparse.ArgumentParser) -> None:
         help="discover peers by multicast on this network interface",
     )
     parser.add_argument(
+        "--credentials",
+        type=Path,
+        metavar="DIR",
+        help="this process's credentials in a deployment (crcolony enroll): only members can connect",
+    )
+    parser.add_argument(
+        "--open-network",
+        action="store_true",
+        help="use a network beyond this machine without credentials: anybody on it may steer bodies;"
+        f" {_OPEN_NETWORK}=yes must be set, too",
+    )
+    parser.add_argument(
         "--client",
         action="store_true",
         help="be a client of the routers given with --connect, not a peer",
@@ -55,24 +73,55 @@ def network_of(options: argparse.Namespace, listens_here: bool = False) -> "Netw
     A process that `listens_here` listens on this machine's default endpoint, others connect to it. Raises UsageError,
     and NetworkError for a text that is no endpoint.
     """
-    from crcolony.transport.zenoh_session import HERE, NetworkSettings, check_endpoints
+    from crcolony.transport.network_settings import (
+        HERE,
+        HERE_ENCRYPTED,
+        NetworkSettings,
+        check_endpoints,
+    )
 
     if options.client and (options.listen or options.interface):
         raise UsageError("--client cannot be used with --listen or --interface")
     is_bare = not (options.connect or options.listen or options.interface)
     connect, listen = list(options.connect), list(options.listen)
+    here = HERE if options.credentials is None else HERE_ENCRYPTED
     if listens_here and is_bare and not options.client:
-        listen = [HERE]
+        listen = [here]
     elif is_bare or (options.client and not connect):
-        connect = [HERE]
+        connect = [here]
     network = NetworkSettings(
         role="client" if options.client else "peer",
         connect=tuple(connect),
         listen=tuple(listen),
         interface=options.interface,
+        credentials=options.credentials,
+        is_open=options.open_network,
     )
     check_endpoints(network)
+    _check_openness(network)
     return network
+
+
+def _check_openness(network: "NetworkSettings") -> None:
+    """Raise UsageError for a network beyond this machine without credentials, unless two switches allow it; say so."""
+    from crcolony.transport.network_settings import exposed_endpoints
+
+    if network.credentials is not None:
+        return
+    exposed = ", ".join(exposed_endpoints(network))
+    is_allowed = os.environ.get(_OPEN_NETWORK) == "yes"
+    if exposed and not (network.is_open and is_allowed):
+        missing = f"{_OPEN_NETWORK}=yes" if network.is_open else "--open-network"
+        raise UsageError(
+            f"{exposed}: beyond this machine robots need --credentials (crcolony authority), or both"
+            f" --open-network and {_OPEN_NETWORK}=yes, of which {missing} is missing"
+        )
+    if exposed:
+        print(
+            f"OPEN NETWORK: whoever reaches {exposed} may read everything and steer every body",
+            file=sys.stderr,
+            flush=True,
+        )
 
 
 def add_names(parser: argparse.ArgumentParser) -> None:

@@ -24,10 +24,19 @@ class ColonyKeys:
         self.all_states = f"{self._root}/state/*"
         self.all_events = f"{self._root}/event/*"
         self.all_activities = f"{self._root}/activity/*"
+        self.all_inboxes = f"{self._root}/inbox/*"
+        self.all_histories = f"{self._root}/history/*"
+        self.all_metadata = f"{self._root}/metadata/*"
+        self.stand_in = f"{self._root}/alive/*/0/*"
+        """Tokens that a bridge declares for robots: of an older incarnation than any of their own"""
 
     def alive(self, robot: RobotId, incarnation: int, session: str) -> str:
         """Return the key of a robot's liveliness token."""
         return f"{self._root}/alive/{robot.hex()}/{incarnation}/{session}"
+
+    def alive_of(self, robot: RobotId) -> str:
+        """Return the key expression of all liveliness tokens of a robot."""
+        return f"{self._root}/alive/{robot.hex()}/*/*"
 
     def inbox(self, robot: RobotId) -> str:
         """Return the key to which envelopes for a robot are put."""
@@ -60,11 +69,12 @@ class ArenaKeys:
     def __init__(self, arena: str) -> None:
         self._root = f"{ROOT}/arena/{arena}"
         self.all_alive = f"{self._root}/alive/*/*"
-        self.join = f"{self._root}/join"
+        self.all_joins = f"{self._root}/body/*/join"
         self.scene = f"{self._root}/scene"
         self.metadata = f"{self._root}/metadata"
         self.activity = f"{self._root}/activity"
         self.all_actions = f"{self._root}/body/*/action"
+        self.all_observations = f"{self._root}/body/*/observation"
         self.stop = f"{self._root}/stop"
 
     def alive(self, arena_run: int, session: str) -> str:
@@ -74,6 +84,10 @@ class ArenaKeys:
     def stoppable(self, session: str) -> str:
         """Return the key of the liveliness token of a bridge, which answers an emergency stop."""
         return f"{self._root}/stoppable/{session}"
+
+    def join(self, robot: RobotId) -> str:
+        """Return the key that a robot queries to get its body, or to leave it."""
+        return f"{self._root}/body/{robot.hex()}/join"
 
     def observation(self, robot: RobotId) -> str:
         """Return the key to which a body's observations are published."""
@@ -87,6 +101,11 @@ class ArenaKeys:
 def observer(session: str) -> str:
     """Return the key of an observer's liveliness token."""
     return f"{ROOT}/observer/{session}"
+
+
+def roster_key(colony: str) -> str:
+    """Return the key on which the members of a deployment pass on their roster."""
+    return f"{ROOT}/roster/{colony}"
 
 
 ALL_ROBOTS_ALIVE = f"{ROOT}/colony/*/alive/*/*/*"
@@ -146,6 +165,14 @@ def parse_stoppable(key: str) -> StopAddress | None:
     match chunks(key):
         case ["arena", arena, "stoppable", session] if _are_names(arena, session):
             return StopAddress(arena, session)
+    return None
+
+
+def parse_body_topic(key: str, topic: str) -> RobotId | None:
+    """Return the robot of a key of its body (action, join), None for other keys."""
+    match chunks(key):
+        case ["arena", arena, "body", name, found] if found == topic and _are_names(arena):
+            return parse_robot_id(name)
     return None
 
 

@@ -13,7 +13,8 @@ from crcolony.protocol.stop_messages import (
     decode_stop_reply,
 )
 from crcolony.transport.close_session import closing
-from crcolony.transport.zenoh_session import NetworkSettings, has_links, open_session
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import has_links, open_session
 from crcolony.transport.zenoh_stop import ask_to_stop
 
 _DISCOVERY_S = 1.0

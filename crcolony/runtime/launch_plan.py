@@ -11,15 +11,9 @@ import crcolony
 from crcolony.config import Config
 from crcolony.runtime.supervisor import DASHBOARD, ChildProcess
 from crcolony.storage.files import make_folder
+from crcolony.transport.network_settings import HERE, MAX_MESH_ROBOTS, PORT, NetworkSettings
 from crcolony.transport.port_claim import claim_port
-from crcolony.transport.zenoh_session import (
-    HERE,
-    MAX_MESH_ROBOTS,
-    PORT,
-    NetworkSettings,
-    free_port,
-    is_taken,
-)
+from crcolony.transport.zenoh_session import free_port, is_taken
 
 
 @dataclass(frozen=True)
@@ -85,7 +79,7 @@ def choose_networks(launch: LaunchOptions, is_usual_port_free: bool = True) -> L
     if launch.robots_only or not network.listen:
         endpoint = (*network.connect, f"--interface {network.interface}")[0]
         return LaunchNetworks(network, network, None, endpoint)
-    robots = NetworkSettings(connect=network.listen)
+    robots = NetworkSettings(connect=network.listen, is_open=network.is_open)
     return LaunchNetworks(robots, network, None, network.listen[0])
 
 
@@ -137,6 +131,8 @@ def _network_options(network: NetworkSettings) -> list[str]:
     options += [word for endpoint in network.listen for word in ("--listen", endpoint)]
     if network.interface:
         options += ["--interface", network.interface]
+    if network.is_open:
+        options.append("--open-network")
     return [*options, "--client"] if network.role == "client" else options
 
 

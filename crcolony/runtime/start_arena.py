@@ -15,10 +15,11 @@ from crcolony.storage.claimed_folder import ClaimedFolder, claim_folder
 from crcolony.storage.files import ARENA_CHECKPOINT, FolderError
 from crcolony.storage.folder_record import read_record
 from crcolony.transport.inbox import Inbox
+from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.open_files import allow_open_files
 from crcolony.transport.wait_for_network import open_connection
 from crcolony.transport.zenoh_arena import ArenaTransport, activity_of_arena
-from crcolony.transport.zenoh_session import NetworkSettings, Session, declared_as_observer
+from crcolony.transport.zenoh_session import Session, declared_as_observer
 from crcolony.transport.zenoh_stop import answering_stops, stop_address
 
 if TYPE_CHECKING:

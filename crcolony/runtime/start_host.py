@@ -36,10 +36,10 @@ from crcolony.storage.store import RobotStore
 from crcolony.terminal import plain_console
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.interface import Transport
+from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.wait_for_network import open_connection
 from crcolony.transport.zenoh_arena import ArenaTransport
 from crcolony.transport.zenoh_robots import RobotTransport
-from crcolony.transport.zenoh_session import NetworkSettings
 from crcolony.transport.zenoh_stop import answering_stops, stop_address
 
 

@@ -29,9 +29,10 @@ from crcolony.storage.founders_file import FOUNDERS_FILE, Beginning, read_founde
 from crcolony.storage.store import RobotStore
 from crcolony.transport.connection_check import ConnectionCheck
 from crcolony.transport.inbox import Inbox
+from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.wait_for_network import wait_for_session
 from crcolony.transport.zenoh_robots import RobotTransport
-from crcolony.transport.zenoh_session import NetworkSettings, declared_as_observer, open_session
+from crcolony.transport.zenoh_session import declared_as_observer, open_session
 
 
 @dataclass(frozen=True)

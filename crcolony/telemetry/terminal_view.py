@@ -23,8 +23,9 @@ from crcolony.terminal import plain_console
 from crcolony.transport.close_session import closing
 from crcolony.transport.connection_check import reasons_unreachable
 from crcolony.transport.interface import NetworkError
+from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.wait_for_network import open_connection
-from crcolony.transport.zenoh_session import NetworkSettings, has_links, open_session
+from crcolony.transport.zenoh_session import has_links, open_session
 
 _REFRESH_S = 0.25
 """Between two updates of the table."""

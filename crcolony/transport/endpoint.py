@@ -14,6 +14,8 @@ STREAMS = frozenset({"tcp", "tls", "ws"})
 """Protocols over TCP."""
 DATAGRAMS = frozenset({"udp", "quic"})
 """Protocols over UDP."""
+ENCRYPTED = frozenset({"quic", "tls"})
+"""Protocols in which both ends can show a certificate."""
 UNIX_SOCKET = "unixsock-stream"
 """A socket in the file system; its address is a path."""
 _NOT_BUILT = frozenset({"serial", "unixpipe", "vsock", "quic_datagram"})

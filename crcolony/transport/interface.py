@@ -112,7 +112,7 @@ class QueryReceived:
 
     topic: Literal["join", "history", "metadata"]
     robot: RobotId
-    """The robot that is queried; empty: the arena"""
+    """The robot that is queried, or asks for a body; empty: the arena is queried"""
     payload: bytes
     reply: Callable[[bytes], None]
 

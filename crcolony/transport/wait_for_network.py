@@ -10,13 +10,8 @@ from typing import NamedTuple
 from crcolony.transport.close_session import closing
 from crcolony.transport.connection_check import ConnectionCheck
 from crcolony.transport.interface import NetworkError, NetworkUnavailableError
-from crcolony.transport.zenoh_session import (
-    NetworkSettings,
-    Session,
-    check_network,
-    has_links,
-    open_session,
-)
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import Session, check_network, has_links, open_session
 
 _RETRY_S = 0.5
 _POLL_S = 0.1

@@ -39,7 +39,7 @@ class ArenaTransport:
         live = session.liveliness()
         self._entities = [
             session.declare_subscriber(self._keys.all_actions, callback(self._on_action)),
-            session.declare_queryable(self._keys.join, callback(self._on_join)),
+            session.declare_queryable(self._keys.all_joins, callback(self._on_join)),
             session.declare_queryable(self._keys.metadata, callback(self._on_metadata)),
             live.declare_subscriber(
                 key_expressions.ALL_ROBOTS_ALIVE, callback(self._on_robot), history=True
@@ -66,14 +66,16 @@ class ArenaTransport:
         self._scene.put(scene)
 
     def _on_action(self, sample: zenoh.Sample) -> None:
-        robot = key_expressions.parse_robot_id(key_expressions.chunks(str(sample.key_expr))[-2])
+        robot = key_expressions.parse_body_topic(str(sample.key_expr), "action")
         if robot is not None:
             self._deliver(
                 ActionReceived(robot, payload_bytes(sample.payload, MAX_BODY_MESSAGE_BYTES))
             )
 
     def _on_join(self, query: zenoh.Query) -> None:
-        self._deliver(QueryReceived("join", b"", query_bytes(query), reply_once(query)))
+        robot = key_expressions.parse_body_topic(str(query.key_expr), "join")
+        if robot is not None:
+            self._deliver(QueryReceived("join", robot, query_bytes(query), reply_once(query)))
 
     def _on_metadata(self, query: zenoh.Query) -> None:
         self._deliver(QueryReceived("metadata", b"", query_bytes(query), reply_once(query)))

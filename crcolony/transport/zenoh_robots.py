@@ -159,7 +159,7 @@ class RobotTransport:
                 )
 
         self._session.get(
-            self._arena.join,
+            self._arena.join(robot),
             callback(on_reply),
             payload=request,
             timeout=_JOIN_TIMEOUT_S,

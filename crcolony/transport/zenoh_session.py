@@ -1,9 +1,4 @@
-"""How a process connects to the network: as a peer of a mesh, by seeds or multicast, or as a client of routers.
-
-Up to about 32 robots a full mesh is the simplest; beyond, robots are clients of one or more interchangeable routers,
-which hold no state. Only the configuration differs. Zenoh's defaults that do harm here are replaced: shared memory is
-off, there is one mechanism of discovery, leases are short, and sizes are limited.
-"""
+"""Opens connections to the network, and says in one line why one cannot be opened."""
 
 import contextlib
 import errno
@@ -13,28 +8,17 @@ import socket
 import struct
 import sys
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal
 
-import msgspec
 import zenoh
-from msgspec import Meta
 from zenoh.handlers import Callback
 
-from crcolony.protocol.codec import MAX_SCENE_BYTES
 from crcolony.protocol.key_expressions import observer
-from crcolony.transport.endpoint import DATAGRAMS, UNIX_SOCKET, parse_endpoint, socket_address
+from crcolony.transport.endpoint import DATAGRAMS, UNIX_SOCKET, parse_endpoint
 from crcolony.transport.interface import NetworkError, NetworkUnavailableError
+from crcolony.transport.network_settings import NetworkSettings, check_endpoints
 from crcolony.transport.open_files import allow_open_files
-from crcolony.transport.reachability import (
-    address_of_interface,
-    format_reason,
-    own_address_towards,
-    reason_unreachable,
-)
-
-PORT = 7447
-HERE = f"tcp/127.0.0.1:{PORT}"
-"""Default endpoint, where the processes of one machine find each other."""
+from crcolony.transport.reachability import reason_unreachable
+from crcolony.transport.zenoh_config import zenoh_config
 
 _TWO_THREADS = (
     "(app: (worker_threads: 1), rx: (worker_threads: 1), tx: (handover: app),"
@@ -51,10 +35,6 @@ _LOG_FILTER = "off"
 _PROBE_TIMEOUT_S = 2.0
 """How long a router may take to accept a connection."""
 
-_CONGESTION_TIMEOUT_US = 500_000
-"""A peer that receives nothing for this long is disconnected: a sample that must not be dropped blocks its sender until
-then, and with it all other peers, so this is well below the lease."""
-
 _NOT_YET = {
     "Cannot assign requested address": "this machine has no such address",
     "failed to lookup address": "its name is unknown",
@@ -62,25 +42,8 @@ _NOT_YET = {
 }
 """What Zenoh says of endpoints to listen on that may exist later, and what it means."""
 
-MAX_MESH_ROBOTS = 32
-"""Beyond this many robots a full mesh costs more than it gives."""
-
 Session = zenoh.Session
 """An open connection to the network."""
-
-
-class NetworkSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """How to connect to the network, with endpoints as Zenoh has them (`endpoint.py`)."""
-
-    role: Literal["peer", "client", "router"] = "peer"
-    connect: tuple[str, ...] = ()
-    """Seeds (peer) or routers (client)"""
-    listen: tuple[str, ...] = ()
-    """Empty: a free port of the address that reaches the first seed"""
-    interface: str = ""
-    """Network interface on which peers find each other by multicast, without seeds"""
-    lease_ms: Annotated[int, Meta(ge=500, le=600_000)] = 3000
-    """A silent peer is offline after this"""
 
 
 def open_session(network: NetworkSettings) -> Session:
@@ -124,14 +87,6 @@ def declared_as_observer(session: Session) -> Iterator[None]:
         token.undeclare()  # type: ignore[no-untyped-call]
 
 
-def check_endpoints(network: NetworkSettings) -> None:
-    """Raise NetworkError that names the first text that is no endpoint."""
-    for endpoint in network.connect:
-        parse_endpoint(endpoint)
-    for endpoint in network.listen:
-        parse_endpoint(endpoint, to_listen=True)
-
-
 def check_network(network: NetworkSettings) -> None:
     """Raise NetworkError for wrong settings, NetworkUnavailableError if they cannot be used now; may take seconds."""
     check_endpoints(network)
@@ -163,57 +118,6 @@ def _disable_linger(_: zenoh.LinkEvent) -> None:
                 open_socket.detach()
 
 
-def zenoh_config(network: NetworkSettings) -> dict[str, Any]:
-    """Return Zenoh's configuration for these settings."""
-    by_multicast = bool(network.interface)
-    listen = network.listen or _own_endpoints(network)
-    return {
-        "mode": network.role,
-        "listen": {"endpoints": [] if network.role == "client" else list(listen)},
-        "connect": {
-            "endpoints": list(network.connect),
-            "timeout_ms": {"router": -1, "peer": -1, "client": 5000},
-            "exit_on_failure": {"router": False, "peer": False, "client": True},
-            "retry": {
-                "period_init_ms": 100,
-                "period_max_ms": 2000,
-                "period_increase_factor": 1.7,
-            },
-        },
-        "scouting": {
-            "multicast": {
-                "enabled": by_multicast,
-                "interface": network.interface or "lo",
-                "ttl": 1,
-                "autoconnect_strategy": {"peer": {"to_router": "always", "to_peer": "always"}},
-            },
-            "gossip": {"enabled": not by_multicast},
-        },
-        "transport": {
-            "unicast": {
-                "open_timeout": 2000,
-                "accept_timeout": 2000,
-                "accept_pending": 1000,
-                "max_sessions": 4096,
-            },
-            "link": {
-                "tx": {
-                    "lease": network.lease_ms,
-                    "keep_alive": 4,
-                    "queue": {
-                        "congestion_control": {
-                            "block": {"wait_before_close": _CONGESTION_TIMEOUT_US}
-                        }
-                    },
-                },
-                "rx": {"max_message_size": 2 * MAX_SCENE_BYTES},
-            },
-            "shared_memory": {"enabled": False},
-        },
-        "queries_default_timeout": 2000,
-    }
-
-
 def free_port(host: str = "127.0.0.1") -> int:
     """Return a TCP port of an address of this machine that is not in use now."""
     with socket.socket(_family(host)) as probe:
@@ -240,32 +144,6 @@ def is_taken(endpoint: str) -> bool:
 
 def _family(host: str) -> socket.AddressFamily:
     return socket.AF_INET6 if ":" in host else socket.AF_INET
-
-
-def _own_endpoints(network: NetworkSettings) -> tuple[str, ...]:
-    """Return a free port of the own address that reaches a seed, or of the interface."""
-    if network.role == "client":
-        return ()
-    host = "127.0.0.1"
-    if network.connect:
-        host = _own_address_towards_any(network.connect)
-    elif network.interface:
-        host = address_of_interface(network.interface)
-    return (f"tcp/{socket_address(host, 0)}",)
-
-
-def _own_address_towards_any(endpoints: tuple[str, ...]) -> str:
-    """Return the own address that reaches the first endpoint to which there is a way.
-
-    Raises NetworkUnavailableError if there is none.
-    """
-    problems = []
-    for endpoint in endpoints:
-        try:
-            return own_address_towards(parse_endpoint(endpoint))
-        except OSError as error:
-            problems.append(f"{endpoint}: {format_reason(error)}")
-    raise NetworkUnavailableError("; ".join(problems))
 
 
 def _network_error(network: NetworkSettings, reason: str) -> NetworkError:

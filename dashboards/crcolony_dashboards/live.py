@@ -17,8 +17,8 @@ from crcolony.recordings.run_of_robots import run_of_robots
 from crcolony.shutdown import ShutdownSignal
 from crcolony.telemetry.subscriber import TelemetrySubscriber
 from crcolony.transport.connection_check import ConnectionCheck
+from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.wait_for_network import open_connection
-from crcolony.transport.zenoh_session import NetworkSettings
 from crcolony_dashboards.colony_announcer import ColonyAnnouncer
 from crcolony_dashboards.dashboard import Dashboard
 from crcolony_dashboards.preconditions import check_rerun

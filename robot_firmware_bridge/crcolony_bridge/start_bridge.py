@@ -10,10 +10,10 @@ from crcolony.runtime.console import print_line
 from crcolony.runtime.stop_server import StopServer
 from crcolony.shutdown import ShutdownSignal
 from crcolony.transport.inbox import Inbox
+from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.wait_for_network import open_connection
 from crcolony.transport.zenoh_arena import ArenaTransport
 from crcolony.transport.zenoh_relay import EnvelopeRelay
-from crcolony.transport.zenoh_session import NetworkSettings
 from crcolony.transport.zenoh_stop import answering_stops, stop_address
 from crcolony_bridge.attached_bodies import AttachedBodies
 from crcolony_bridge.attached_robot import AttachedRobot

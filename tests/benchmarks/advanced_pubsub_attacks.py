@@ -15,7 +15,8 @@ from zenoh.handlers import Callback
 from crcolony.protocol.codec import encode
 from crcolony.protocol.key_expressions import ROOT
 from crcolony.protocol.telemetry_messages import EventMessage, HistoryReply, HistoryRequest
-from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import open_session
 from tests.benchmarks.advanced_pubsub_robots import EVENT, KEYS, Kind, make_state, robot_name
 
 FLOOD_PER_S = 10_000.0

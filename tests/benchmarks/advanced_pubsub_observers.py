@@ -20,7 +20,8 @@ from crcolony.protocol.codec import WireError
 from crcolony.protocol.telemetry_messages import EventMessage, decode_event
 from crcolony.telemetry.status_changes import EventReceived
 from crcolony.telemetry.subscriber import TelemetrySubscriber
-from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import open_session
 from tests.benchmarks.advanced_pubsub_robots import COLONY, KEYS, Kind
 
 POLL_S = 0.05

@@ -29,8 +29,9 @@ from crcolony.protocol.telemetry_messages import (
 from crcolony.rate_limit import TokenBucket
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.interface import QueryReceived
+from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.zenoh_robots import RobotTransport
-from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from crcolony.transport.zenoh_session import open_session
 
 Kind = Literal["ours", "zenoh"]
 COLONY = "trial"

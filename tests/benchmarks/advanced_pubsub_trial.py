@@ -10,7 +10,8 @@ from functools import cached_property
 from multiprocessing.connection import Connection
 from typing import Any
 
-from crcolony.transport.zenoh_session import NetworkSettings, free_port
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import free_port
 from tests.benchmarks.advanced_pubsub_attacks import run_attack, run_proxy
 from tests.benchmarks.advanced_pubsub_observers import ObserverReport, run_observer
 from tests.benchmarks.advanced_pubsub_robots import Kind, RobotsReport, run_robots

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 
-from crcolony.transport.zenoh_session import NetworkSettings
+from crcolony.transport.network_settings import NetworkSettings
 from tests.benchmarks.advanced_pubsub_hostile import deaf, flood, impersonate, memory, silence
 from tests.benchmarks.advanced_pubsub_robots import CACHE, Kind, run_robots
 from tests.benchmarks.advanced_pubsub_trial import (

@@ -34,7 +34,8 @@ from crcolony.protocol.body_messages import (
 from crcolony.protocol.codec import encode
 from crcolony.protocol.key_expressions import ArenaKeys
 from crcolony.runtime.emergency_stop import stop_robots
-from crcolony.transport.zenoh_session import NetworkSettings, Session, open_session
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import Session, open_session
 from tests.robot_firmware_bridge.emulated_robot import AvrRobot
 from tests.support.process_colony import Colony, Process, colony
 
@@ -102,7 +103,7 @@ class RobotOfZenoh:
             keys.observation(robot), Callback(self._on_observation, indirect=False)
         )
         self._publisher = session.declare_publisher(keys.action(robot), express=True)
-        for reply in session.get(keys.join, payload=encode(Join(robot, "bench", -1))):
+        for reply in session.get(keys.join(robot), payload=encode(Join(robot, "bench", -1))):
             assert reply.ok is not None
             assert isinstance(decode_join_reply(reply.ok.payload.to_bytes()), BodyGranted)
 

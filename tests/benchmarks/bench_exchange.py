@@ -24,7 +24,7 @@ from crcolony.protocol.mating_messages import (
 )
 from crcolony.robot.factory import make_robots, own_streams
 from crcolony.robot.genes import agent_schema
-from crcolony.transport.zenoh_session import NetworkSettings
+from crcolony.transport.network_settings import NetworkSettings
 from tests.benchmarks.processes import COLONY, Wire, child, here
 
 TURNS, PER_TURN = 10, 500

@@ -15,7 +15,7 @@ from pathlib import Path
 from crcolony.protocol.codec import WireError
 from crcolony.protocol.key_expressions import ColonyKeys
 from crcolony.protocol.telemetry_messages import Exchanged, decode_event, decode_state
-from crcolony.transport.zenoh_session import NetworkSettings
+from crcolony.transport.network_settings import NetworkSettings
 from tests.benchmarks.processes import COLONY, Wire, here, stop
 
 ROBOTS, REPEATS = 4, 3

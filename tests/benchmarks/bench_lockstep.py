@@ -26,7 +26,7 @@ from crcolony.protocol.body_messages import Action, Observation, pack_row
 from crcolony.protocol.codec import encode
 from crcolony.protocol.key_expressions import ArenaKeys
 from crcolony.protocol.telemetry_messages import decode_scene
-from crcolony.transport.zenoh_session import NetworkSettings
+from crcolony.transport.network_settings import NetworkSettings
 from tests.benchmarks.processes import ARENA, COLONY, Wire, child, commands, here
 
 ROBOTS = 4

@@ -31,8 +31,9 @@ from crcolony.robot.state import MET
 from crcolony.storage.store import RobotStore
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.interface import EnvelopeReceived, RobotOnline
+from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.zenoh_robots import RobotTransport
-from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from crcolony.transport.zenoh_session import open_session
 from tests.benchmarks.processes import ARENA, COLONY, Wire, child, here
 
 TURNS = 300

@@ -18,7 +18,8 @@ import zenoh
 from zenoh.handlers import Callback
 
 from crcolony.protocol.key_expressions import ArenaKeys
-from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import open_session
 from tests.benchmarks.processes import ARENA, COLONY, here, start, stop
 
 COLONY_SIZES = (8, 16, 24, 32)

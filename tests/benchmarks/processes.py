@@ -15,7 +15,8 @@ from typing import Any
 import zenoh
 from zenoh.handlers import Callback
 
-from crcolony.transport.zenoh_session import NetworkSettings, free_port, open_session
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import free_port, open_session
 
 COLONY, ARENA = "bench", "bench"
 _SPAWN = multiprocessing.get_context("spawn")

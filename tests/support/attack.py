@@ -14,7 +14,8 @@ import zenoh
 from zenoh.handlers import Callback
 
 from crcolony.protocol.key_expressions import ArenaKeys
-from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import open_session
 from tests.support.process import Process
 from tests.support.process_colony import Colony, View, colony, settle
 

@@ -151,9 +151,11 @@ def joins(peer: Hostile) -> Callable[[], None]:
     """Requests of made-up robots for bodies, and noise."""
 
     def shoot() -> None:
-        join = encode(Join(peer.chance.randbytes(16), COLONY, peer.chance.randrange(-1, 5)))
-        peer.query(peer.arena.join, join)
-        peer.query(peer.arena.join, peer.chance.randbytes(40))
+        robot = peer.chance.randbytes(16)
+        peer.query(
+            peer.arena.join(robot), encode(Join(robot, COLONY, peer.chance.randrange(-1, 5)))
+        )
+        peer.query(peer.arena.join(robot), peer.chance.randbytes(40))
 
     return shoot
 

@@ -17,7 +17,8 @@ from crcolony.protocol.identity import Identity, robot_id
 from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
 from crcolony.protocol.mating_messages import Encounter, MatingMessage, Propose
 from crcolony.robot.genes import agent_schema
-from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import open_session
 
 COLONY, ARENA = "colony", "arena"
 SCHEMA = agent_schema(Config().learning, Config().heredity)

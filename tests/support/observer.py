@@ -21,7 +21,8 @@ from crcolony.protocol.telemetry_messages import (
     decode_event,
     decode_state,
 )
-from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import open_session
 
 
 class Token(msgspec.Struct, tag=True):

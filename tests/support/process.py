@@ -44,7 +44,12 @@ class Process:
                 stdout=log,
                 stderr=log,
                 cwd=self.cwd,
-                env=os.environ | {"PYTHONPATH": PYTHONPATH, "PYTHONUNBUFFERED": "1"},
+                env=os.environ
+                | {
+                    "PYTHONPATH": PYTHONPATH,
+                    "PYTHONUNBUFFERED": "1",
+                    "CRCOLONY_OPEN_NETWORK": "yes",  # and --open-network where a test leaves loopback
+                },
                 start_new_session=True,
             )
         return self

@@ -173,8 +173,9 @@ class Colony:
         name = f"robot-{len(self.robots)}"
         folder = self.folder / name
         command = crcolony(
-            "robot", *self._settings, "--out", str(folder), *self._with_endpoint(options)
-        )
+            "robot", *self._settings, "--out", str(folder), *self._with_endpoint(options),
+            *_open_network(before),
+        )  # fmt: skip
         robot = Robot(command, self.folder / f"{name}.log", before, folder=folder)
         self.robots.append(robot)
         self.processes.append(robot.start())
@@ -199,7 +200,8 @@ class Colony:
 
     def start(self, name: str, *options: str, before: tuple[str, ...] = ()) -> Process:
         """Start any command of crcolony."""
-        process = Process(crcolony(*options), self.folder / f"{name}.log", before)
+        command = crcolony(*options, *_open_network(before))
+        process = Process(command, self.folder / f"{name}.log", before)
         self.processes.append(process.start())
         return process
 
@@ -278,6 +280,11 @@ def settle(made: Colony, view: View, within_s: float = 90.0) -> None:
         )
 
     wait_until(is_settled, "all robots have bodies and peers, and no encounter is open", within_s)
+
+
+def _open_network(before: tuple[str, ...]) -> list[str]:
+    """Return the option without which no process uses a network beyond its machine, if it is in a namespace."""
+    return ["--open-network"] if before else []
 
 
 def crcolony(*options: str) -> list[str]:

@@ -23,7 +23,8 @@ from crcolony.protocol.telemetry_messages import (
     SceneRobot,
 )
 from crcolony.robot.genes import agent_schema
-from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import open_session
 
 COLONY, ARENA = "synthetic", "synthetic"
 HZ, STATES_PER_S = 10.0, 2.0

@@ -21,7 +21,8 @@ from crcolony_dashboards.view_model.pairings import MATING_S
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.mating_messages import Encounter
 from crcolony.protocol.telemetry_messages import SILENT_AFTER_S, Scene, SceneRobot
-from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import open_session
 from tests.support.arena_pixels import ROOM_M, Pixels
 from tests.support.drawn_frames import DrawnFrames, Frame, Line, MatingLines, is_near
 from tests.support.process import Process, wait_until

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from crcolony.protocol.key_expressions import ColonyKeys
-from crcolony.transport.zenoh_session import NetworkSettings, free_port, open_session
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import free_port, open_session
 from tests.support.process import Process, wait_until
 from tests.support.process_colony import Colony, colony, crcolony
 

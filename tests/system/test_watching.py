@@ -19,7 +19,8 @@ from crcolony.telemetry.status_changes import (
     StatusChange,
 )
 from crcolony.telemetry.subscriber import TelemetrySubscriber
-from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import open_session
 from tests.support.process import Robot, wait_until
 from tests.support.process_colony import colony
 

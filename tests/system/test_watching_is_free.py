@@ -13,7 +13,8 @@ import zenoh
 from zenoh.handlers import Callback
 
 from crcolony.protocol.key_expressions import ROOT
-from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import open_session
 from tests.support.process import wait_until
 from tests.support.process_colony import colony, settings
 from tests.support.rerun_viewer import headless_viewer

@@ -13,8 +13,9 @@ import zenoh
 
 from crcolony.transport.close_session import close_session
 from crcolony.transport.interface import NetworkError, NetworkUnavailableError
+from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.zenoh_samples import callback, declare_publisher, payload_bytes
-from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from crcolony.transport.zenoh_session import open_session
 from crcolony_bridge.errors import DeviceError, DeviceLostError
 from crcolony_bridge.ros2.cdr import CdrError, decode, encode
 from crcolony_bridge.ros2.keys import (

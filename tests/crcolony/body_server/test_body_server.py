@@ -17,7 +17,7 @@ from crcolony.protocol.body_messages import (
     decode_join_reply,
     pack_row,
 )
-from crcolony.protocol.codec import Message, encode
+from crcolony.protocol.codec import encode
 from crcolony.protocol.identity import RobotId, seeded
 from crcolony.protocol.telemetry_messages import decode_arena_metadata
 from crcolony.transport.interface import ActionReceived, QueryReceived, RobotOffline, RobotOnline
@@ -37,10 +37,15 @@ class Setup:
         self.left: list[RobotId] = []
         self.server = BodyServer(self.node, self.left.append, self.lines.append, "lab")
 
-    def request(self, now_s: float, request: Message | bytes) -> list[BodyGranted | BodyDenied]:
+    def request(
+        self, now_s: float, request: Join | Leave | bytes, under: RobotId | None = None
+    ) -> list[BodyGranted | BodyDenied]:
+        """Send a request under the key of its robot, or of another one."""
         replies: list[bytes] = []
-        request = request if isinstance(request, bytes) else encode(request)
-        self.server.handle_event(now_s, QueryReceived("join", b"", request, replies.append))
+        robot = IDS[0] if isinstance(request, bytes) else request.robot
+        data = request if isinstance(request, bytes) else encode(request)
+        query = QueryReceived("join", under or robot, data, replies.append)
+        self.server.handle_event(now_s, query)
         return [decode_join_reply(reply) for reply in replies]
 
     def query_metadata(self, now_s: float, request: bytes = b"") -> list[bytes]:
@@ -73,6 +78,15 @@ def test_a_robot_that_joins_gets_a_body_while_there_is_room(setup: Setup) -> Non
         assert reply == BodyDenied("full: all 4 slots are taken")
     assert len([line for line in setup.lines if "gets no slot" in line]) == 1
     assert len([line for line in setup.lines if "gets slot" in line]) == 4
+
+
+def test_nobody_asks_in_the_name_of_another_robot(setup: Setup) -> None:
+    """The key says who asks, since a deployment lets only a robot itself use its keys; another id in it counts."""
+    setup.request(0.0, Join(IDS[0], "test", 0))
+    assert not setup.request(1.0, Leave(IDS[0]), under=IDS[1])
+    assert not setup.request(1.0, Join(IDS[2], "test", -1), under=IDS[1])
+    assert list(setup.node.robots) == [IDS[0]]
+    assert setup.node.counts["malformed"] == 2
 
 
 def test_a_robot_that_leaves_frees_its_slot(setup: Setup) -> None:

@@ -17,7 +17,7 @@ from crcolony.commands.network_options import (
 )
 from crcolony.commands.options import UsageError, add_config
 from crcolony.config import Config
-from crcolony.transport.zenoh_session import HERE
+from crcolony.transport.network_settings import HERE
 
 A, B = "tcp/10.0.0.1:7447", "tcp/10.0.0.2:7447"
 

@@ -119,7 +119,7 @@ def test_robots_have_the_first_slots_and_are_online(setup: Setup) -> None:
 
 def test_arena_and_robots_step_together(setup: Setup) -> None:
     """Each robot makes one control step a tick, and a robot of another process is observed by messages."""
-    reply = decode_join_reply(setup.query("join", b"", encode(Join(ELSEWHERE, "test", -1))))
+    reply = decode_join_reply(setup.query("join", ELSEWHERE, encode(Join(ELSEWHERE, "test", -1))))
     assert isinstance(reply, BodyGranted)
     setup.run(50)
     assert [node.robot.steps for node in setup.nodes] == [50] * 3
@@ -142,7 +142,7 @@ def test_queries_reach_the_robot_or_the_arena(setup: Setup) -> None:
 
 def test_robots_are_peers_of_each_other_and_never_lose_their_bodies(setup: Setup) -> None:
     """A robot of another process that goes offline does, after a while."""
-    setup.query("join", b"", encode(Join(ELSEWHERE, "test", -1)))
+    setup.query("join", ELSEWHERE, encode(Join(ELSEWHERE, "test", -1)))
     for robot in (*HERE, ELSEWHERE):
         setup.process.handle_event(RobotOnline(robot, 1, "a"))
     assert [len(node.peers) for node in setup.nodes] == [3, 3, 3]
@@ -155,8 +155,8 @@ def test_robots_are_peers_of_each_other_and_never_lose_their_bodies(setup: Setup
 
 def test_a_robot_that_leaves_gives_its_body_back(setup: Setup) -> None:
     """Its slot is free again."""
-    setup.query("join", b"", encode(Join(ELSEWHERE, "test", -1)))
-    leave = QueryReceived("join", b"", encode(Leave(ELSEWHERE)), cast(Any, None))
+    setup.query("join", ELSEWHERE, encode(Join(ELSEWHERE, "test", -1)))
+    leave = QueryReceived("join", ELSEWHERE, encode(Leave(ELSEWHERE)), cast(Any, None))
     setup.process.handle_event(leave)
     assert ELSEWHERE not in setup.arena.robots
 

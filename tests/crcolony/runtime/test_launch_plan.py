@@ -17,7 +17,7 @@ from crcolony.runtime.launch_plan import (
     connect_option,
 )
 from crcolony.runtime.supervisor import ChildProcess
-from crcolony.transport.zenoh_session import HERE, MAX_MESH_ROBOTS, NetworkSettings
+from crcolony.transport.network_settings import HERE, MAX_MESH_ROBOTS, NetworkSettings
 
 LAUNCH = LaunchOptions(
     config=Config(),

@@ -19,7 +19,8 @@ from crcolony.telemetry import subscriber
 from crcolony.telemetry.samples import RawSample
 from crcolony.telemetry.status_changes import RobotJoined, RobotLeft, RobotRestarted, StatusChange
 from crcolony.telemetry.subscriber import TelemetrySubscriber
-from crcolony.transport.zenoh_session import NetworkSettings, free_port, open_session
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import free_port, open_session
 from tests.support.fed_monitor import ME, message, numbers, state
 
 KEYS = ColonyKeys("blue")

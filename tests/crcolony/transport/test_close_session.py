@@ -8,7 +8,8 @@ import zenoh
 
 from crcolony.transport import close_session as module
 from crcolony.transport.close_session import close_session, closing
-from crcolony.transport.zenoh_session import NetworkSettings, free_port, open_session
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import free_port, open_session
 
 
 class StarvedSession:

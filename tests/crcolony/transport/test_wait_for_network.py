@@ -6,8 +6,9 @@ import threading
 import pytest
 
 from crcolony.transport.interface import NetworkError
+from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.wait_for_network import wait_for_session
-from crcolony.transport.zenoh_session import NetworkSettings, free_port, open_session
+from crcolony.transport.zenoh_session import free_port, open_session
 from tests.support.process import wait_until
 
 NEVER = lambda: False  # noqa: E731

@@ -7,14 +7,14 @@ import pytest
 
 from crcolony.transport.endpoint import socket_address
 from crcolony.transport.interface import NetworkError, NetworkUnavailableError
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_config import zenoh_config
 from crcolony.transport.zenoh_session import (
-    NetworkSettings,
     check_network,
     free_port,
     has_links,
     is_taken,
     open_session,
-    zenoh_config,
 )
 from tests.support.process import wait_until
 

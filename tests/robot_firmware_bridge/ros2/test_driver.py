@@ -19,7 +19,8 @@ from crcolony_bridge.ros2.session import Ros2Session
 
 from crcolony.body import contract
 from crcolony.compiled import FloatArray
-from crcolony.transport.zenoh_session import NetworkSettings, open_session
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import open_session
 from tests.robot_firmware_bridge.aseba.driven import (
     drive,
     read_for,

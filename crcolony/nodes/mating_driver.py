@@ -85,6 +85,8 @@ class MatingDriver:
             member.identity.id, member.incarnation, bytes.fromhex(schema.digest), limits
         )
         self._identity, self._colony, self._schema = member.identity, member.colony, schema
+        self.revoked: frozenset[RobotId] = frozenset()
+        """Robots that nobody mates with any more"""
         self._store, self._send, self._callbacks, self._allow = store, send, callbacks, allow
         self._early: dict[RobotId, bytes] = {}
         """Proposals by sender that wait for the own contact"""
@@ -102,7 +104,7 @@ class MatingDriver:
 
     def handle_contact(self, now_s: float, contact: Contact, own: Offer, tick: int) -> None:
         """Start a mating with a robot that the own body has met, unless it is not allowed."""
-        if contact.robot == self._identity.id or contact.robot not in self._allow:
+        if contact.robot == self._identity.id or not self._is_allowed(contact.robot):
             self.counts["not allowed"] += 1
             return
         effects = self.mating.handle_contact(now_s, contact.robot, contact.nonce, own, tick)
@@ -119,7 +121,7 @@ class MatingDriver:
             self.counts["malformed"] += 1
             return
         sender = sender_of(message)
-        if sender not in self._allow:
+        if not self._is_allowed(sender):
             self.counts["not allowed"] += 1
         elif not self.mating.expects(message):
             self._keep_early(sender, message, data)
@@ -145,6 +147,9 @@ class MatingDriver:
         """Stop waiting for a robot that is offline."""
         self._early.pop(peer, None)
         self._carry_out(now_s, self.mating.handle_peer_offline(now_s, peer))
+
+    def _is_allowed(self, robot: RobotId) -> bool:
+        return robot in self._allow and robot not in self.revoked
 
     def _keep_early(self, sender: RobotId, message: MatingMessage, data: bytes) -> None:
         """Keep a proposal that may have arrived before the own contact; drop everything else."""

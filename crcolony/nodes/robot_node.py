@@ -168,6 +168,10 @@ class RobotNode:
 
     # Envelopes, peers and time ---------------------------------------------------------------------------------
 
+    def set_revoked(self, robots: frozenset[RobotId]) -> None:
+        """Mate no more with robots that the authority of the deployment has revoked."""
+        self._mating.revoked = robots
+
     def handle_envelope(self, now_s: float, envelope: bytes) -> None:
         """Handle an envelope from any peer."""
         self._mating.handle_envelope(now_s, envelope)

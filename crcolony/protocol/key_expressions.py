@@ -108,6 +108,11 @@ def roster_key(colony: str) -> str:
     return f"{ROOT}/roster/{colony}"
 
 
+def roster_serial_key(colony: str) -> str:
+    """Return the key on which they announce which roster they have."""
+    return f"{ROOT}/roster/{colony}/serial"
+
+
 ALL_ROBOTS_ALIVE = f"{ROOT}/colony/*/alive/*/*/*"
 ALL_ARENAS_ALIVE = f"{ROOT}/arena/*/alive/*/*"
 ALL_SCENES = f"{ROOT}/arena/*/scene"

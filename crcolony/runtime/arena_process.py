@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 from crcolony.runtime.networked_arena import NetworkedArena
 from crcolony.runtime.real_time_loop import run_in_real_time
+from crcolony.transport.connection import Connection
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.interface import InboundEvent
 
@@ -19,8 +20,8 @@ _RETRY_S = 0.5
 class ArenaProcess:
     """Runs a `NetworkedArena` by the wall clock or in lockstep."""
 
-    def __init__(self, arena: NetworkedArena, inbox: Inbox) -> None:
-        self._arena, self._inbox = arena, inbox
+    def __init__(self, arena: NetworkedArena, inbox: Inbox, connection: Connection) -> None:
+        self._arena, self._inbox, self._connection = arena, inbox, connection
 
     def run(self, is_stopped: Callable[[], bool], wall_period_s: float | None) -> None:
         """Run until stopped, then save. `wall_period_s` is the time between two ticks; None: lockstep."""
@@ -36,6 +37,7 @@ class ArenaProcess:
 
     def handle_timers(self, now_s: float) -> None:
         """Do what is due."""
+        self._connection.handle_timers(now_s)
         self._arena.handle_timers(now_s)
 
     def step(self) -> None:

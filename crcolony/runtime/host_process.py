@@ -10,6 +10,7 @@ from collections.abc import Callable
 from crcolony.runtime.hosted_robots import HostedRobots
 from crcolony.runtime.networked_arena import NetworkedArena
 from crcolony.runtime.real_time_loop import run_in_real_time
+from crcolony.transport.connection import Connection
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.interface import (
     EnvelopeReceived,
@@ -31,10 +32,11 @@ class HostProcess:
         arena: NetworkedArena,
         robots: HostedRobots,
         inbox: Inbox,
+        connection: Connection,
         print_line: Callable[[str], None],
     ) -> None:
         self._arena, self._robots, self._inbox = arena, robots, inbox
-        self._print_line = print_line
+        self._connection, self._print_line = connection, print_line
         self._status_due_s = time.monotonic()
 
     def start(self, settings: str) -> None:
@@ -92,6 +94,7 @@ class HostProcess:
 
     def handle_timers(self, now_s: float) -> None:
         """Do what is due."""
+        self._connection.handle_timers(now_s)
         self._arena.handle_timers(now_s)
         self._robots.handle_timers(now_s, self._inbox.dropped)
         if now_s >= self._status_due_s:

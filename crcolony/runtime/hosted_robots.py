@@ -60,6 +60,11 @@ class HostedRobots:
             self._transport.add_robot(node.id, node.incarnation)
         self._state_due_s, self._save_due_s = now_s, now_s + self._save_period_s
 
+    def set_revoked(self, robots: frozenset[RobotId]) -> None:
+        """Let no robot mate any more with those that are revoked."""
+        for node in self.nodes:
+            node.set_revoked(robots)
+
     def stop(self) -> None:
         """Save all robots, and disconnect them."""
         for node in self.nodes:

@@ -34,7 +34,8 @@ from crcolony.telemetry.status_changes import ArenaChanged, EventReceived
 from crcolony.telemetry.subscriber import TelemetrySubscriber
 from crcolony.telemetry.terminal_view import plain_line, table_of
 from crcolony.terminal import plain_console
-from crcolony.transport.wait_for_network import Connection, open_connection
+from crcolony.transport.connection import Connection
+from crcolony.transport.wait_for_network import open_connection
 
 _REFRESH_S = 0.25
 _STATUS_PERIOD_S = 5.0

@@ -6,17 +6,17 @@ from collections.abc import Callable
 from crcolony.nodes.embodied_robot import EmbodiedRobot
 from crcolony.nodes.node_inputs import EmbodimentOptions, ProcessCallbacks
 from crcolony.nodes.robot_node import RobotNode
+from crcolony.transport.connection import Connection
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.interface import NetworkError
 from crcolony.transport.zenoh_robots import RobotTransport
-from crcolony.transport.zenoh_session import Session
 
 _MAX_WAIT_S = 0.5
 """The longest wait for an event, so that a shutdown is noticed, and the time between two attempts to connect."""
 
 
 class RobotProcess:
-    """Runs one robot until it is stopped, or has completed the last generation. `reopen` opens another session."""
+    """Runs one robot until it is stopped, or has completed the last generation."""
 
     def __init__(
         self,
@@ -24,11 +24,11 @@ class RobotProcess:
         transport: RobotTransport,
         inbox: Inbox,
         options: EmbodimentOptions,
-        reopen: Callable[[], Session],
+        connection: Connection,
         print_line: Callable[[str], None],
     ) -> None:
         self._node, self._transport, self._inbox = node, transport, inbox
-        self._reopen, self._print_line = reopen, print_line
+        self._connection, self._print_line = connection, print_line
         self._is_stopped: Callable[[], bool] = lambda: False
         callbacks = ProcessCallbacks(self._reconnect, print_line, lambda: inbox.dropped)
         self._robot = EmbodiedRobot(node, transport, options, callbacks)
@@ -39,6 +39,7 @@ class RobotProcess:
         node, robot = self._node, self._robot
         node.peers.session = self._transport.name
         robot.start(time.monotonic())
+        self._connection.on_roster(lambda roster: node.set_revoked(roster.revoked_robots))
         self._transport.add_robot(node.id, node.incarnation)
         try:
             while not is_stopped() and not robot.is_done:
@@ -53,6 +54,8 @@ class RobotProcess:
         node.save()
 
     def _handle_timers(self, now_s: float) -> None:
+        self._connection.handle_timers(now_s)
+        self._node.peers.session = self._transport.name
         self._robot.handle_timers(now_s)
         for peer in self._transport.peers_without_token(now_s):
             self._robot.report_fault(
@@ -64,7 +67,8 @@ class RobotProcess:
         printed = ""
         while not self._is_stopped():
             try:
-                self._transport.reconnect(self._reopen)
+                self._transport.leave()
+                self._connection.reopen()
             except NetworkError as error:  # a router that is offline at the moment
                 if str(error) != printed:
                     printed = str(error)

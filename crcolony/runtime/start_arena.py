@@ -2,6 +2,7 @@
 
 import contextlib
 import secrets
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,10 +21,13 @@ from crcolony.transport.open_files import allow_open_files
 from crcolony.transport.wait_for_network import open_connection
 from crcolony.transport.zenoh_arena import ArenaTransport, activity_of_arena
 from crcolony.transport.zenoh_session import Session, declared_as_observer
-from crcolony.transport.zenoh_stop import answering_stops, stop_address
+from crcolony.transport.zenoh_stop import StopAnswers
 
 if TYPE_CHECKING:
     from crcolony.nodes.arena_node import ArenaNode
+
+_ROUTER_PERIOD_S = 0.25
+"""How often a router looks at what is due; messages pass through it without its loop."""
 
 
 def run_arena(
@@ -65,13 +69,12 @@ def run_arena(
         if claimed is not None and claimed.is_new:
             arena.save()
             claimed.begin()
-        stops = StopServer(
-            [SimulatedBodies(node)], stop_address(connection.session, name), print_line
-        )
-        process = ArenaProcess(arena, inbox)
+        stops = StopServer([SimulatedBodies(node)], print_line)
+        connection.add_user(transport)
+        connection.add_user(StopAnswers(connection.session, name, stops.answer))
+        process = ArenaProcess(arena, inbox, connection)
         print_line(f"arena {name} with {config.robots} slots, {format_clock(wall_period_s)}")
-        with answering_stops(connection.session, name, stops.answer):
-            process.run(stop, wall_period_s)
+        process.run(stop, wall_period_s)
         print_line(f"stopped at tick {node.tick}")
 
 
@@ -125,8 +128,10 @@ def run_router(network: NetworkSettings) -> None:
     """Route the messages of clients until stopped. Routers hold no state: any of them can replace another."""
     inbox = Inbox()
     stop = ShutdownSignal(wake=inbox.wake)
-    with open_connection(network, stop, print_line):
-        if not stop():
-            print_line(f"router at {', '.join(network.listen)}")
+    with open_connection(network, stop, print_line) as connection:
+        if connection is None:
+            return
+        print_line(f"router at {', '.join(network.listen)}")
         while not stop():
-            inbox.get(1.0)
+            inbox.get(_ROUTER_PERIOD_S)
+            connection.handle_timers(time.monotonic())

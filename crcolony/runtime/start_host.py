@@ -40,7 +40,7 @@ from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.wait_for_network import open_connection
 from crcolony.transport.zenoh_arena import ArenaTransport
 from crcolony.transport.zenoh_robots import RobotTransport
-from crcolony.transport.zenoh_stop import answering_stops, stop_address
+from crcolony.transport.zenoh_stop import StopAnswers
 
 
 @dataclass(frozen=True)
@@ -101,16 +101,17 @@ def run_host(options: HostOptions, opened_folder: ColonyFolder) -> None:
             arena, options.arena, transport, folder / ARENA_CHECKPOINT, print_line
         )
         hosted = HostedRobots(nodes, batch, parameters, robot_transport)
-        process = HostProcess(networked, hosted, inbox, print_line)
+        process = HostProcess(networked, hosted, inbox, connection, print_line)
         process.start(settings_of_robot(config, config.body))
         print_line(
             f"{options.count} robots of colony {options.colony} in arena {options.arena},"
             f" and {config.robots - options.count} slots for others"
         )
-        stops = StopServer(
-            [SimulatedBodies(arena)], stop_address(session, options.arena), print_line
-        )
-        opened.enter_context(answering_stops(session, options.arena, stops.answer))
+        stops = StopServer([SimulatedBodies(arena)], print_line)
+        connection.add_user(robot_transport)
+        connection.on_roster(lambda roster: hosted.set_revoked(roster.revoked_robots))
+        connection.add_user(transport)
+        connection.add_user(StopAnswers(session, options.arena, stops.answer))
         stop.end_after(options.minutes)
         try:
             process.run(stop, options.wall_period_s)

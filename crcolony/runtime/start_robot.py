@@ -27,12 +27,11 @@ from crcolony.storage.files import KEY_FILE, ROBOT_FILE, FolderError, make_folde
 from crcolony.storage.folder_record import read_record
 from crcolony.storage.founders_file import FOUNDERS_FILE, Beginning, read_founders
 from crcolony.storage.store import RobotStore
-from crcolony.transport.connection_check import ConnectionCheck
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.network_settings import NetworkSettings
-from crcolony.transport.wait_for_network import wait_for_session
+from crcolony.transport.wait_for_network import open_connection
 from crcolony.transport.zenoh_robots import RobotTransport
-from crcolony.transport.zenoh_session import declared_as_observer, open_session
+from crcolony.transport.zenoh_session import declared_as_observer
 
 
 @dataclass(frozen=True)
@@ -80,14 +79,12 @@ def run_robot(options: RobotOptions) -> None:
     batch, _, (robot,) = make_robots(config, [identity.id.hex()], streams, founders)
     schema = bytes.fromhex(robot.subpopulation.schema.digest)
     with contextlib.ExitStack() as opened:
-        session = wait_for_session(options.network, stop, print_line)
-        if session is None:
+        connection = opened.enter_context(open_connection(options.network, stop, print_line))
+        if connection is None:
             return
+        session = connection.session
         transport = RobotTransport(session, options.colony, options.arena, inbox.deliver)
-        opened.callback(transport.close)
-        opened.enter_context(
-            ConnectionCheck(options.network.connect, transport.has_links, print_line)
-        )
+        connection.add_user(transport)
         publish = partial(transport.publish_telemetry, identity.id, "activity")
         report = StartupReport(publish, print_line)
         with declared_as_observer(session), report, stop.interruptible():
@@ -108,7 +105,7 @@ def run_robot(options: RobotOptions) -> None:
             transport,
             inbox,
             EmbodimentOptions(config, options.arena, options.number, options.snapshot_s),
-            lambda: open_session(options.network),
+            connection,
             print_line,
         )
         process.run(stop)

@@ -51,21 +51,21 @@ class Stoppable(Protocol):
 
 
 class StopServer:
-    """Answers stops and clears; `address` is that of the arena or bridge."""
+    """Answers stops and clears of the bodies of an arena or bridge."""
 
-    def __init__(
-        self, bodies: Sequence[Stoppable], address: StopAddress, print_line: Callable[[str], None]
-    ) -> None:
-        self._bodies, self._address, self._print_line = list(bodies), address, print_line
+    def __init__(self, bodies: Sequence[Stoppable], print_line: Callable[[str], None]) -> None:
+        self._bodies, self._print_line = list(bodies), print_line
         self._latch = 0
         self._stops: OrderedDict[bytes, None] = OrderedDict()
         """Ids of stops that were carried out"""
         self._mutex = threading.Lock()
 
-    def answer(self, message: bytes, others: Sequence[StopAddress]) -> bytes | None:
+    def answer(
+        self, message: bytes, address: StopAddress, others: Sequence[StopAddress]
+    ) -> bytes | None:
         """Carry out a message and return the reply, None if it is malformed. Any thread may call it.
 
-        `others` are the arenas and bridges that are there, too.
+        `address` is that of the arena or bridge, and `others` are the arenas and bridges that are there, too.
         """
         try:
             request = decode_stop(message)
@@ -76,7 +76,7 @@ class StopServer:
                 robots = self._clear(latch)
             case Stop(id=stop):
                 robots = self._stop(stop)
-        return encode(StopReply(self._address, self._latch, robots[:MAX_ATTACHED], list(others)))
+        return encode(StopReply(address, self._latch, robots[:MAX_ATTACHED], list(others)))
 
     def _stop(self, stop: bytes) -> list[StoppedRobot]:
         with self._mutex:

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import zenoh
@@ -15,6 +16,7 @@ from crcolony.telemetry.colony_monitor import ColonyMonitor
 from crcolony.telemetry.samples import RawSample, SampleKind, parse_sample
 from crcolony.telemetry.status_changes import StatusChange
 from crcolony.transport.bounded_queue import BoundedQueue
+from crcolony.transport.zenoh_samples import undeclare_all
 
 _MAX_SAMPLES = 100_000
 """Samples that wait for `poll`; further ones are dropped and counted."""
@@ -51,10 +53,13 @@ class TelemetrySubscriber:
         on_raw_sample: Callable[[RawSample], None] = lambda raw: None,
     ) -> None:
         self.monitor = ColonyMonitor(colony, history=history)
-        self._session, self._sends_requests = session, sends_requests
+        self._keys, self._sends_requests = ColonyKeys(colony), sends_requests
         self._on_raw_sample = on_raw_sample
         self._queue = BoundedQueue[RawSample](_MAX_SAMPLES, _MAX_BYTES)
-        keys = ColonyKeys(colony)
+        self._declare(session)
+
+    def _declare(self, session: zenoh.Session) -> None:
+        self._session, keys = session, self._keys
         liveliness = session.liveliness()
         self._entities: list[Any] = [
             liveliness.declare_token(key_expressions.observer(str(session.zid()))),
@@ -70,6 +75,12 @@ class TelemetrySubscriber:
                 key_expressions.ALL_ARENAS_ALIVE, self._callback("online"), history=True
             ),
         ]
+
+    def move_to(self, session: zenoh.Session) -> Callable[[], None]:
+        """Subscribe in another session; return a function that ends the subscriptions of the former one."""
+        former = self._entities
+        self._declare(session)
+        return partial(undeclare_all, former)
 
     @property
     def dropped(self) -> int:

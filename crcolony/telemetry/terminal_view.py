@@ -63,8 +63,10 @@ def run_top(network: NetworkSettings, colony: str, seconds: float | None) -> int
         if connection is None:
             return 0
         subscriber = TelemetrySubscriber(connection.session, colony, sends_requests=True)
+        connection.add_user(subscriber)
 
         def poll() -> tuple[ColonyMonitor, float, list[str]]:
+            connection.handle_timers(time.monotonic())
             for change in subscriber.poll():
                 if isinstance(change, ArenaChanged):
                     print_line(format_arena_change(change))

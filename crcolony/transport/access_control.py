@@ -8,7 +8,14 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from crcolony.protocol.identity import RobotId
-from crcolony.protocol.key_expressions import ROOT, ArenaKeys, ColonyKeys, observer, roster_key
+from crcolony.protocol.key_expressions import (
+    ROOT,
+    ArenaKeys,
+    ColonyKeys,
+    observer,
+    roster_key,
+    roster_serial_key,
+)
 from crcolony.protocol.roster import Member, Roster
 
 _PUBLISH = ("put", "delete")
@@ -80,8 +87,8 @@ def permissions_of(member: Member, colony: str) -> Iterator[Permission]:
 
 def _of_everyone(colony: str) -> Iterator[Permission]:
     """Yield what every certified process may send: the roster, which is signed, and what says that it is there."""
-    key = roster_key(colony)
-    yield Permission((*_PUBLISH, *_QUERY, *_SERVE, *_SUBSCRIBE), (key,))
+    keys = (roster_key(colony), roster_serial_key(colony))
+    yield Permission((*_PUBLISH, *_QUERY, *_SERVE, *_SUBSCRIBE), keys)
     yield Permission(_WATCH, (f"{ROOT}/**", f"crcolony/*/colony/{colony}/alive/*/*/*"))
     yield Permission(_TOKEN, (observer("*"),))
 

@@ -5,24 +5,15 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from queue import Empty, SimpleQueue
-from typing import NamedTuple
 
-from crcolony.transport.close_session import closing
-from crcolony.transport.connection_check import ConnectionCheck
+from crcolony.transport.connection import Connection
 from crcolony.transport.interface import NetworkError, NetworkUnavailableError
 from crcolony.transport.network_settings import NetworkSettings
-from crcolony.transport.zenoh_session import Session, check_network, has_links, open_session
+from crcolony.transport.zenoh_session import Session, check_network, open_session
 
 _RETRY_S = 0.5
 _POLL_S = 0.1
 """How soon a shutdown is noticed while a name is looked up."""
-
-
-class Connection(NamedTuple):
-    """An open session, and what is known of the endpoints to which it connects."""
-
-    session: Session
-    check: ConnectionCheck
 
 
 @contextlib.contextmanager
@@ -39,11 +30,8 @@ def open_connection(
     if session is None:
         yield None
         return
-    with (
-        closing(session),
-        ConnectionCheck(network.connect, lambda: has_links(session), print_line) as check,
-    ):
-        yield Connection(session, check)
+    with Connection(network, session, print_line) as connection:
+        yield connection
 
 
 def wait_for_session(

@@ -1,6 +1,8 @@
 """The arena's side of the transport over Zenoh."""
 
 from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import zenoh
 
@@ -16,6 +18,7 @@ from crcolony.transport.zenoh_samples import (
     presence_event,
     query_bytes,
     reply_once,
+    undeclare_all,
 )
 
 
@@ -31,21 +34,30 @@ class ArenaTransport:
     def __init__(
         self, session: zenoh.Session, arena: str, arena_run: int, deliver: Deliver
     ) -> None:
-        self._session = session
-        self._keys = ArenaKeys(arena)
+        self._keys, self._arena_run = ArenaKeys(arena), arena_run
         self._deliver = deliver
+        self._declare(session)
+
+    def _declare(self, session: zenoh.Session) -> None:
+        self._session = session
         self._publishers: dict[RobotId, zenoh.Publisher] = {}
         self._scene = declare_publisher(session, self._keys.scene)
         live = session.liveliness()
-        self._entities = [
+        self._entities: list[Any] = [
             session.declare_subscriber(self._keys.all_actions, callback(self._on_action)),
             session.declare_queryable(self._keys.all_joins, callback(self._on_join)),
             session.declare_queryable(self._keys.metadata, callback(self._on_metadata)),
             live.declare_subscriber(
                 key_expressions.ALL_ROBOTS_ALIVE, callback(self._on_robot), history=True
             ),
-            live.declare_token(self._keys.alive(arena_run, str(session.zid()))),
+            live.declare_token(self._keys.alive(self._arena_run, str(session.zid()))),
         ]
+
+    def move_to(self, session: zenoh.Session) -> Callable[[], None]:
+        """Serve the bodies in another session; return a function that undeclares them in the former one."""
+        former = self._entities
+        self._declare(session)
+        return partial(undeclare_all, former)
 
     def publish_observation(self, robot: RobotId, observation: bytes) -> None:
         """Publish the observation of a robot's body."""

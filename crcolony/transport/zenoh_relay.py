@@ -4,7 +4,9 @@ Envelopes for such a robot are delivered here, to be sent by infrared, and those
 network.
 """
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import zenoh
@@ -13,7 +15,7 @@ from crcolony.protocol.codec import MAX_ENVELOPE_BYTES
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.key_expressions import ColonyKeys
 from crcolony.transport.interface import Deliver, EnvelopeReceived
-from crcolony.transport.zenoh_samples import callback, payload_bytes
+from crcolony.transport.zenoh_samples import callback, payload_bytes, undeclare_all
 
 _STAND_IN = 0
 """Incarnation of a token of ours: older than every incarnation of the robot itself."""
@@ -25,13 +27,23 @@ class EnvelopeRelay:
     def __init__(self, session: zenoh.Session, deliver: Deliver) -> None:
         self._session, self._deliver = session, deliver
         self._declared: dict[RobotId, list[Any]] = {}
+        self._colonies: Mapping[RobotId, str] = {}
         self.name = str(session.zid())
         """The session in our tokens"""
 
+    def move_to(self, session: zenoh.Session) -> Callable[[], None]:
+        """Stand in for the same robots in another session; return a function that undeclares them in the former one."""
+        former = list(itertools.chain(*self._declared.values()))
+        self._session, self.name = session, str(session.zid())
+        for robot, colony in self._colonies.items():
+            self._open(colony, robot)
+        return partial(undeclare_all, former)
+
     def stand_in_for(self, robots: Mapping[RobotId, str]) -> None:
         """Stand in for these robots, whose colonies are given, and for no others any more."""
+        self._colonies = dict(robots)
         for robot in self._declared.keys() - robots.keys():
-            self._close(robot)
+            undeclare_all(self._declared.pop(robot))
         for robot, colony in robots.items():
             if robot not in self._declared:
                 self._open(colony, robot)
@@ -56,7 +68,3 @@ class EnvelopeRelay:
             self._session.declare_subscriber(keys.inbox(robot), callback(on_envelope)),
             self._session.liveliness().declare_token(keys.alive(robot, _STAND_IN, self.name)),
         ]
-
-    def _close(self, robot: RobotId) -> None:
-        for entity in reversed(self._declared.pop(robot)):
-            entity.undeclare()

@@ -1,7 +1,9 @@
 """The robots' side of the transport over Zenoh."""
 
-import contextlib
+import itertools
+import threading
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import zenoh
@@ -9,8 +11,7 @@ import zenoh
 from crcolony.protocol import key_expressions
 from crcolony.protocol.codec import MAX_BODY_MESSAGE_BYTES, MAX_ENVELOPE_BYTES, MAX_SCENE_BYTES
 from crcolony.protocol.identity import RobotId
-from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
-from crcolony.transport.close_session import close_session
+from crcolony.protocol.key_expressions import ArenaKeys, ArenaToken, ColonyKeys
 from crcolony.transport.interface import (
     ArenaMetadataReceived,
     ArenaOffline,
@@ -32,12 +33,14 @@ from crcolony.transport.zenoh_samples import (
     presence_event,
     query_bytes,
     reply_once,
+    undeclare_all,
 )
-from crcolony.transport.zenoh_session import has_links
 
 _JOIN_TIMEOUT_S = 1.0
 _MAX_GONE = 10_000
 """Sessions remembered after their token has gone."""
+_MAX_ARENA_TOKENS = 100
+"""Anybody can declare tokens: further ones are ignored."""
 
 
 class RobotTransport:
@@ -47,6 +50,8 @@ class RobotTransport:
         self._colony, self._arena = ColonyKeys(colony), ArenaKeys(arena)
         self._deliver = deliver
         self._publishers: dict[str, zenoh.Publisher] = {}
+        self._arena_tokens: set[ArenaToken] = set()
+        self._mutex = threading.Lock()
         self._incarnations: dict[RobotId, int] = {}
         self._declared: dict[RobotId, list[Any]] = {}
         self._is_scene_needed = False
@@ -71,25 +76,21 @@ class RobotTransport:
             session.declare_subscriber(self._arena.scene, callback(self._on_scene)),
         ]
 
-    def reconnect(self, reopen: Callable[[], zenoh.Session]) -> None:
-        """Close the session, open another, and declare all robots there; the old session holds the port until then."""
-        for robot in (
-            self._incarnations
-        ):  # a session that closes was observed to deliver its own tokens again
-            self._undeclare(robot)
-        self.close()
-        self._publishers.clear()
-        self._declare(reopen())
+    def move_to(self, session: zenoh.Session) -> Callable[[], None]:
+        """Declare all robots in another session; return a function that undeclares them in the former one."""
+        former = [*self._subscribers, *itertools.chain(*self._declared.values())]
+        self._publishers = {}
+        self._declare(session)
         for robot, incarnation in self._incarnations.items():
             self.add_robot(robot, incarnation)
+        return partial(undeclare_all, former)
 
-    def close(self) -> None:
-        """Close the session."""
-        close_session(self._session)
-
-    def has_links(self) -> bool:
-        """Return whether this process is connected to any other."""
-        return has_links(self._session)
+    def leave(self) -> None:
+        """Undeclare all robots before the session is closed, which was observed to deliver its own tokens again."""
+        undeclare_all(itertools.chain(*self._declared.values()))
+        self._declared.clear()
+        with self._mutex:
+            self._arena_tokens.clear()
 
     def peers_without_token(self, now_s: float) -> list[str]:
         """Return the sessions of peers that have been connected for long and have no liveliness token, each once."""
@@ -133,14 +134,7 @@ class RobotTransport:
     def remove_robot(self, robot: RobotId) -> None:
         """Undeclare a robot, its liveliness token first."""
         self._incarnations.pop(robot, None)
-        self._undeclare(robot)
-
-    def _undeclare(self, robot: RobotId) -> None:
-        for entity in reversed(self._declared.pop(robot, [])):
-            with contextlib.suppress(
-                zenoh.ZError
-            ):  # its session cannot be reached, and is closed next
-                entity.undeclare()
+        undeclare_all(self._declared.pop(robot, []))
 
     def send_envelope(self, to: RobotId, envelope: bytes) -> None:
         """Send an envelope."""
@@ -221,7 +215,16 @@ class RobotTransport:
             self._deliver(SceneReceived(payload_bytes(sample.payload, MAX_SCENE_BYTES)))
 
     def _on_arena(self, sample: zenoh.Sample) -> None:
+        """Deliver that an arena is offline when the last token of its run has gone: it may have changed its session."""
         token = key_expressions.parse_arena_token(str(sample.key_expr))
-        if token is not None:
-            kind = ArenaOnline if sample.kind == zenoh.SampleKind.PUT else ArenaOffline
-            self._deliver(kind(token.arena_run))
+        if token is None:
+            return
+        with self._mutex:
+            if sample.kind == zenoh.SampleKind.PUT:
+                if len(self._arena_tokens) < _MAX_ARENA_TOKENS:
+                    self._arena_tokens.add(token)
+                    self._deliver(ArenaOnline(token.arena_run))
+            elif token in self._arena_tokens:
+                self._arena_tokens.remove(token)
+                if not any(token.arena_run == other.arena_run for other in self._arena_tokens):
+                    self._deliver(ArenaOffline(token.arena_run))

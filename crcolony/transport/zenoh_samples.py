@@ -6,8 +6,9 @@ lockstep), and a lost observation is followed by a new one. A robot's liveliness
 can be reached.
 """
 
+import contextlib
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import zenoh
@@ -31,6 +32,13 @@ def declare_publisher(session: zenoh.Session, key: str) -> zenoh.Publisher:
     return session.declare_publisher(
         key, congestion_control=zenoh.CongestionControl.DROP, express=True
     )
+
+
+def undeclare_all(entities: Iterable[Any]) -> None:
+    """Undeclare what a session has, the last first; one that is closed, or out of reach, has nothing any more."""
+    for entity in reversed(list(entities)):
+        with contextlib.suppress(zenoh.ZError):
+            entity.undeclare()
 
 
 def presence_event(

@@ -68,10 +68,15 @@ def open_session(network: NetworkSettings) -> Session:
 
 def has_links(session: Session) -> bool:
     """Return whether the session is connected to any other process."""
+    return bool(sessions_of_peers(session))
+
+
+def sessions_of_peers(session: Session) -> set[str]:
+    """Return the sessions to which one is connected: none once it is closed."""
     try:
-        return bool(session.info.peers_zid()) or bool(session.info.routers_zid())
-    except zenoh.ZError:  # it is closed
-        return False
+        return {str(zid) for zid in (*session.info.peers_zid(), *session.info.routers_zid())}
+    except zenoh.ZError:
+        return set()
 
 
 @contextlib.contextmanager

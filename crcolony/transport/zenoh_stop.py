@@ -1,22 +1,27 @@
 """The emergency stop over Zenoh: arenas and bridges answer it, and a command asks all of them at once."""
 
-import contextlib
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
 
 import zenoh
 
 from crcolony.protocol.key_expressions import ALL_STOPPABLE, ALL_STOPS, ArenaKeys, parse_stoppable
 from crcolony.protocol.stop_messages import MAX_OTHERS, MAX_REPLY_BYTES, StopAddress
-from crcolony.transport.zenoh_samples import callback, payload_bytes, query_bytes, reply_once
+from crcolony.transport.zenoh_samples import (
+    callback,
+    payload_bytes,
+    query_bytes,
+    reply_once,
+    undeclare_all,
+)
 
 _MAX_KNOWN = 10_000
 """Tokens that are remembered; anybody may declare any number."""
 
 
-def stop_address(session: zenoh.Session, arena: str) -> StopAddress:
-    """Return the address of an arena or a bridge with this name."""
-    return StopAddress(arena, str(session.zid()))
+Answer = Callable[[bytes, StopAddress, Sequence[StopAddress]], bytes | None]
 
 
 class _Others:
@@ -44,39 +49,43 @@ class _Others:
             return sorted(self._known)[:MAX_OTHERS]
 
 
-@contextlib.contextmanager
-def answering_stops(
-    session: zenoh.Session,
-    arena: str,
-    answer: Callable[[bytes, Sequence[StopAddress]], bytes | None],
-) -> Iterator[None]:
-    """Answer stops inside the context, each on a thread of its own: they wait for nothing else of the process.
+class StopAnswers:
+    """Answers stops, each on a thread of its own: they wait for nothing else of the process.
 
-    `answer` receives the message, and the other arenas and bridges that are there; it returns the reply, None for none.
+    `answer` receives the message, the own address, and the other arenas and bridges that are there; it returns the
+    reply, None for none.
     """
-    keys, own = ArenaKeys(arena), stop_address(session, arena)
-    others = _Others(own)
 
-    def on_query(query: zenoh.Query) -> None:
-        message, reply = query_bytes(query), reply_once(query, keys.stop)
+    def __init__(self, session: zenoh.Session, arena: str, answer: Answer) -> None:
+        self._arena, self._answer = arena, answer
+        self._declare(session)
 
-        def run() -> None:
-            data = answer(message, others.named())
-            if data is not None:
-                reply(data)
+    def _declare(self, session: zenoh.Session) -> None:
+        keys, own = ArenaKeys(self._arena), StopAddress(self._arena, str(session.zid()))
+        others = _Others(own)
 
-        threading.Thread(target=run, name="emergency stop", daemon=True).start()
+        def on_query(query: zenoh.Query) -> None:
+            message, reply = query_bytes(query), reply_once(query, keys.stop)
 
-    with contextlib.ExitStack() as declared:
-        for declaration in (
-            session.liveliness().declare_subscriber(
-                ALL_STOPPABLE, callback(others.handle), history=True
-            ),
+            def run() -> None:
+                data = self._answer(message, own, others.named())
+                if data is not None:
+                    reply(data)
+
+            threading.Thread(target=run, name="emergency stop", daemon=True).start()
+
+        live = session.liveliness()
+        self._entities: list[Any] = [
+            live.declare_subscriber(ALL_STOPPABLE, callback(others.handle), history=True),
             session.declare_queryable(keys.stop, callback(on_query)),
-            session.liveliness().declare_token(keys.stoppable(own.session)),
-        ):
-            declared.callback(declaration.undeclare)
-        yield
+            live.declare_token(keys.stoppable(own.session)),
+        ]
+
+    def move_to(self, session: zenoh.Session) -> Callable[[], None]:
+        """Answer in another session; return a function that ends it in the former one."""
+        former = self._entities
+        self._declare(session)
+        return partial(undeclare_all, former)
 
 
 def ask_to_stop(

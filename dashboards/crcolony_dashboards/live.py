@@ -16,7 +16,7 @@ from crcolony.errors import CrcolonyError
 from crcolony.recordings.run_of_robots import run_of_robots
 from crcolony.shutdown import ShutdownSignal
 from crcolony.telemetry.subscriber import TelemetrySubscriber
-from crcolony.transport.connection_check import ConnectionCheck
+from crcolony.transport.connection import Connection
 from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.wait_for_network import open_connection
 from crcolony_dashboards.colony_announcer import ColonyAnnouncer
@@ -77,6 +77,7 @@ def run_dashboard(options: DashboardOptions) -> None:
             history=_HISTORY,
             on_raw_sample=recording.add,
         )
+        connection.add_user(subscriber)
         dashboard = Dashboard(subscriber.monitor, options.agent)
         blueprint = dashboard.blueprint("wall", is_live=True)
         live, url = open_live(options.port, recording.run, blueprint)
@@ -91,13 +92,13 @@ def run_dashboard(options: DashboardOptions) -> None:
         viewers = stack.enter_context(_open_viewers(options, url))
         _print_line(f"dashboard at {url}")
         upkeep = _Upkeep(options, recording, dashboard, streams, viewers)
-        _draw_until_stopped(subscriber, connection.check, upkeep, should_stop, wake)
+        _draw_until_stopped(subscriber, connection, upkeep, should_stop, wake)
     exit_if_stuck(streams.rrd)
 
 
 def _draw_until_stopped(
     subscriber: TelemetrySubscriber,
-    check: ConnectionCheck,
+    connection: Connection,
     upkeep: "_Upkeep",
     should_stop: Callable[[], bool],
     wake: threading.Event,
@@ -109,7 +110,8 @@ def _draw_until_stopped(
     next_s = time.monotonic()
     while not should_stop():
         now_s = time.time()
-        dashboard.view.connection_problems = check.problems
+        connection.handle_timers(time.monotonic())
+        dashboard.view.connection_problems = connection.check.problems
         dashboard.handle_changes(subscriber.poll(), now_s)
         lines = upkeep.open_recording()
         dashboard.draw(streams, now_s)

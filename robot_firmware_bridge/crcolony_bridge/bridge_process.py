@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 from crcolony.body_server.body_server import BodyServer
 from crcolony.runtime.real_time_loop import run_in_real_time
+from crcolony.transport.connection import Connection
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.interface import (
     EnvelopeReceived,
@@ -35,11 +36,12 @@ class BridgeProcess:
         transport: ArenaTransport,
         relay: EnvelopeRelay,
         inbox: Inbox,
+        connection: Connection,
         print_line: Callable[[str], None],
     ) -> None:
         self._bodies, self._transport, self._inbox = bodies, transport, inbox
         self._server = BodyServer(bodies, transport.remove_robot, print_line, name)
-        self._relay = relay
+        self._relay, self._connection = relay, connection
         self._absent = AbsentRobots(self._server.online)
         self._removal_due_s = 0.0
 
@@ -63,7 +65,8 @@ class BridgeProcess:
                 self._server.handle_event(time.monotonic(), event)
 
     def handle_timers(self, now_s: float) -> None:
-        """Remove absent robots when that is due."""
+        """Remove absent robots, and look after the connection, when that is due."""
+        self._connection.handle_timers(now_s)
         if now_s >= self._removal_due_s:
             self._removal_due_s = now_s + _REMOVAL_PERIOD_S
             self._server.remove_absent(now_s)

@@ -14,7 +14,7 @@ from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.wait_for_network import open_connection
 from crcolony.transport.zenoh_arena import ArenaTransport
 from crcolony.transport.zenoh_relay import EnvelopeRelay
-from crcolony.transport.zenoh_stop import answering_stops, stop_address
+from crcolony.transport.zenoh_stop import StopAnswers
 from crcolony_bridge.attached_bodies import AttachedBodies
 from crcolony_bridge.attached_robot import AttachedRobot
 from crcolony_bridge.bridge_process import BridgeProcess
@@ -68,15 +68,17 @@ def run_bridge(options: BridgeOptions, network: NetworkSettings) -> None:
             attached, bridge_run, period_s, energy_per_charge=options.energy_per_charge
         )
         transport = ArenaTransport(connection.session, name, bridge_run, inbox.deliver)
-        stopping = StopServer(attached, stop_address(connection.session, name), print_line)
-        opened.enter_context(answering_stops(connection.session, name, stopping.answer))
+        stopping = StopServer(attached, print_line)
+        connection.add_user(transport)
+        connection.add_user(StopAnswers(connection.session, name, stopping.answer))
         for robot in attached:
             robot.start()
         print_line(
             f"bridge {name} with {len(attached)} robots, {1.0 / period_s:.3g} periods a second"
         )
         relay = EnvelopeRelay(connection.session, inbox.deliver)
-        process = BridgeProcess(bodies, name, transport, relay, inbox, print_line)
+        connection.add_user(relay)
+        process = BridgeProcess(bodies, name, transport, relay, inbox, connection, print_line)
         process.run(stop, period_s)
         print_line(f"stopped at tick {bodies.tick}")
 

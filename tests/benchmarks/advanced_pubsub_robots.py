@@ -27,6 +27,7 @@ from crcolony.protocol.telemetry_messages import (
     decode_history_request,
 )
 from crcolony.rate_limit import TokenBucket
+from crcolony.transport.close_session import close_session
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.interface import QueryReceived
 from crcolony.transport.network_settings import NetworkSettings
@@ -123,7 +124,10 @@ class OurRobots:
 
     def reconnect(self, reopen: Callable[[], zenoh.Session]) -> None:
         """Move the transport to another session; the buffers stay."""
-        self._transport.reconnect(reopen)
+        self._transport.leave()
+        close_session(self.session)
+        self.session = reopen()
+        self._transport.move_to(self.session)()
 
 
 class ZenohRobots:

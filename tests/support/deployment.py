@@ -3,11 +3,12 @@
 import datetime
 from pathlib import Path
 
+from crcolony_deploy.authority import Authority, AuthoritySettings
+from crcolony_deploy.member_folder import Applicant, install_grant, request_membership
+
 from crcolony.protocol.identity import Identity, create_key
 from crcolony.protocol.roster import Role
 from crcolony.storage.files import KEY_FILE
-from crcolony_deploy.authority import Authority, AuthoritySettings
-from crcolony_deploy.member_folder import Applicant, install_grant, request_membership
 
 
 class Deployment:
@@ -48,5 +49,3 @@ class Deployment:
         """Write the newest roster into the folders of all members, as if it had reached them all."""
         for credentials in self.applicants:
             (credentials / "roster").write_bytes(self.authority.signed_roster)
-
-

@@ -61,6 +61,13 @@ class RecordingTransport:
             self.online.remove(robot)
 
 
+class NoConnection:
+    """A connection of which nothing is due."""
+
+    def handle_timers(self, now_s: float) -> None:
+        pass
+
+
 class Setup:
     """A host with three robots and one more slot."""
 
@@ -85,7 +92,9 @@ class Setup:
             self.arena, "lab", self.transport, self.checkpoint, self.lines.append
         )
         hosted = HostedRobots(self.nodes, batch, parameters, self.transport)
-        self.process = HostProcess(networked, hosted, Inbox(), self.lines.append)
+        self.process = HostProcess(
+            networked, hosted, Inbox(), cast(Any, NoConnection()), self.lines.append
+        )
         self.process.start("{}")
 
     def run(self, steps: int) -> None:

@@ -27,11 +27,11 @@ class Setup(AttachedFakes):
 
     def __init__(self) -> None:
         super().__init__(3)
-        self.stop = StopServer(self.robots, ADDRESS, self.lines.append)
+        self.stop = StopServer(self.robots, self.lines.append)
 
     def ask(self, message: Stop | Clear) -> StopReply:
         """Send a message and return the reply."""
-        reply = self.stop.answer(encode(message), [OTHER])
+        reply = self.stop.answer(encode(message), ADDRESS, [OTHER])
         assert reply is not None
         return decode_stop_reply(reply)
 
@@ -111,5 +111,5 @@ def test_a_stop_that_is_repeated_is_the_same_stop(setup: Setup) -> None:
 @given(st.binary(max_size=40))
 def test_noise_is_not_answered(data: bytes) -> None:
     """And stops nobody, unless it is a stop."""
-    reply = StopServer([], ADDRESS, lambda line: None).answer(data, [])
+    reply = StopServer([], lambda line: None).answer(data, ADDRESS, [])
     assert reply is None or data in (encode(Stop(ID)),) or b"clear" in data

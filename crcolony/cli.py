@@ -9,12 +9,14 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from crcolony.commands.arena import add_arena
+from crcolony.commands.authority import add_authority
 from crcolony.commands.bridge import add_bridge
 from crcolony.commands.check import add_check
 from crcolony.commands.completion import add_completion
 from crcolony.commands.config import add_config_command
 from crcolony.commands.dashboard import add_dashboard
 from crcolony.commands.demo import add_demo
+from crcolony.commands.enroll import add_enroll
 from crcolony.commands.estop import add_estop
 from crcolony.commands.evolve import add_evolve
 from crcolony.commands.export import add_export
@@ -52,6 +54,8 @@ COMMANDS = (
     ("estop", add_estop, "stop all bodies at once, and release them"),
     ("host", add_host, "run an arena and many robots in one process"),
     ("router", add_router, "run a Zenoh router, for colonies too large for a mesh of peers"),
+    ("authority", add_authority, "admit the members of a deployment, and revoke them"),
+    ("enroll", add_enroll, "get the credentials of a member of a deployment"),
     ("simulate", add_simulate, "test colonies in virtual time with injected faults"),
     ("dashboard", add_dashboard, "show colonies live in Rerun"),
     ("replay", add_replay, "show a finished run in the dashboard"),

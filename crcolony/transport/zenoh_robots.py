@@ -138,7 +138,12 @@ class RobotTransport:
 
     def send_envelope(self, to: RobotId, envelope: bytes) -> None:
         """Send an envelope."""
-        self._publish(self._colony.inbox(to), envelope)
+        self._session.put(
+            self._colony.inbox(to),
+            envelope,
+            congestion_control=zenoh.CongestionControl.DROP,
+            express=True,
+        )
 
     def request_body(self, robot: RobotId, request: bytes) -> None:
         """Send the arena a request to join or leave."""

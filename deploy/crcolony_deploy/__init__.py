@@ -1,1 +1,1 @@
-"""Deployments: the authority that certifies the members of a colony, enrolment, and what is wrong on a host."""
+"""Deployments: the authority that certifies the members of a colony, enrollment, and what is wrong on a host."""

@@ -8,6 +8,7 @@ import contextlib
 import datetime
 import fcntl
 import os
+import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,6 +45,12 @@ class AuthoritySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
     colony: Name
     lifetime_h: float = DEFAULT_LIFETIME_H
     """Of a member's certificate: the longest time for which a revoked member can still connect"""
+
+
+def check_member_name(name: str) -> None:
+    """Raise AuthorityError for a name that no member can have."""
+    if not re.fullmatch(r"[A-Za-z0-9_-]{1,48}", name):
+        raise AuthorityError(f"{name!r}: a member's name has letters, digits, _ and -, at most 48")
 
 
 def _now() -> datetime.datetime:

@@ -1,4 +1,4 @@
-"""The folder of a member's credentials, as enrolment and renewal write it."""
+"""The folder of a member's credentials, as enrollment and renewal write it."""
 
 import os
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 
 from crcolony.protocol.codec import WireError
-from crcolony.protocol.identity import Identity
+from crcolony.protocol.identity import Identity, load_key
 from crcolony.protocol.roster import MemberName, Role, open_roster
 from crcolony.storage.files import make_folder, replace_file
 from crcolony.transport.credentials import (
@@ -15,20 +15,30 @@ from crcolony.transport.credentials import (
     IDENTITY_FILE,
     MEMBER_FILE,
     ROSTER_FILE,
+    MemberRecord,
 )
 from crcolony_deploy.certificates import (
     CertificateError,
+    Validity,
     common_name_of,
     is_issued_by,
     new_key,
     public_half,
     public_key_of,
     request_certificate,
+    validity_of,
 )
 from crcolony_deploy.membership_request import Grant, MembershipRequest, RequestError, proof_of
 
+_ENROLMENT = "enrollment.json"
 _NEXT_KEY = "next_key.pem"
 """The key of a request that waits for its certificate."""
+
+
+class _Enrollment(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    at: str
+    robot_keys: list[str]
+    arenas: list[str]
 
 
 @dataclass(frozen=True)
@@ -77,6 +87,37 @@ def install_grant(folder: Path, grant: Grant) -> None:
     replace_file(folder / MEMBER_FILE, lambda file: file.write(record))
     _write_secret(folder / _NEXT_KEY, key + certificate)
     (folder / _NEXT_KEY).replace(folder / IDENTITY_FILE)
+
+
+def write_enrollment(folder: Path, at: str, robot_keys: list[Path], arenas: list[str]) -> None:
+    """Write what a renewal needs to know: where the authority is, and for whom the member speaks."""
+    keys = [str(key.resolve()) for key in robot_keys]
+    data = msgspec.json.format(msgspec.json.encode(_Enrollment(at, keys, arenas))) + b"\n"
+    replace_file(folder / _ENROLMENT, lambda file: file.write(data))
+
+
+def read_enrollment(folder: Path) -> tuple[Applicant, str]:
+    """Return the member whose credentials are in a folder, and the address of its authority.
+
+    Raises RequestError, IdentityError.
+    """
+    try:
+        enrollment = msgspec.json.decode((folder / _ENROLMENT).read_bytes(), type=_Enrollment)
+        record = msgspec.json.decode((folder / MEMBER_FILE).read_bytes(), type=MemberRecord)
+    except OSError as error:
+        raise RequestError(f"{error.filename}: {error.strerror}") from None
+    except msgspec.DecodeError as error:
+        raise RequestError(f"{folder}: {error}") from None
+    robots = tuple(load_key(Path(key)) for key in enrollment.robot_keys)
+    return Applicant(record.role, record.name, robots, tuple(enrollment.arenas)), enrollment.at
+
+
+def validity_in(folder: Path) -> Validity:
+    """Return when the certificate in a folder of credentials is valid; raises RequestError, CertificateError."""
+    try:
+        return validity_of((folder / IDENTITY_FILE).read_bytes())
+    except OSError as error:
+        raise RequestError(f"{error.filename}: {error.strerror}") from None
 
 
 def _check_grant(grant: Grant) -> None:

@@ -1,4 +1,4 @@
-"""What a member asks of its authority, and what it gets: the two documents that enrolment exchanges, as JSON.
+"""What a member asks of its authority, and what it gets: the two documents that enrollment exchanges, as JSON.
 
 A request proves both of the member's keys: that of the certificate signs the signing request, and every robot for which
 the member is to speak signs a hash of it. So nobody is enrolled as somebody else's robot.

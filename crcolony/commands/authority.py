@@ -6,7 +6,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from crcolony.commands.deployment_options import AUTHORITY_PORT, ROLES, host_and_port
+from crcolony.commands.deployment_options import (
+    AUTHORITY_PORT,
+    ROLES,
+    check_packages,
+    host_and_port,
+)
 from crcolony.commands.network_options import NAME_RULE, add_network, check_names, network_of
 from crcolony.commands.options import UsageError, add_examples
 from crcolony.errors import EXIT_OK
@@ -79,8 +84,13 @@ def _action(
 ) -> argparse.ArgumentParser:
     parser = actions.add_parser(name, help=summary, description=summary)
     parser.add_argument("folder", type=Path, metavar="DIR", help="folder of the authority")
-    parser.set_defaults(command=function)
+    parser.set_defaults(command=lambda options: _run(function, options))
     return parser
+
+
+def _run(function: Callable[[argparse.Namespace], int], options: argparse.Namespace) -> int:
+    check_packages()
+    return function(options)
 
 
 def _create(options: argparse.Namespace) -> int:
@@ -124,8 +134,11 @@ def _invite(options: argparse.Namespace) -> int:
         pin = book.invite(options.role, options.name, time.time(), 60.0 * options.minutes)
         fingerprint = fingerprint_of(authority.identity.public_key)
     print(f"invitation for {options.role}.{options.name}, {options.minutes:g} minutes, shown once:")
+    key = " --key FILE" if options.role in ("robot", "host") else ""
+    arena = " --arena NAME" if options.role in ("arena", "bridge", "host") else ""
     print(
-        f"  crcolony enroll {options.role} {options.name} --invitation {pin}-{fingerprint} --at HOST:PORT"
+        f"  crcolony enroll {options.role} {options.name}{key}{arena} --out DIR --at HOST:PORT"
+        f" --invitation {pin}-{fingerprint}"
     )
     return EXIT_OK
 

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from crcolony.commands.deployment_options import ROLES, host_and_port
+from crcolony.commands.deployment_options import ROLES, check_packages, host_and_port
 from crcolony.commands.options import UsageError, add_examples
 from crcolony.errors import EXIT_OK
 
@@ -62,6 +62,7 @@ def add_enroll(parser: argparse.ArgumentParser) -> None:
 
 
 def _enroll(options: argparse.Namespace) -> int:
+    check_packages()
     if options.renew:
         return _renew(options)
     if options.install is not None:

@@ -17,7 +17,7 @@ from typing import Self
 import msgspec
 
 from crcolony.errors import CrcolonyError
-from crcolony.protocol.codec import Name
+from crcolony.protocol.codec import Name, WireError
 from crcolony.protocol.identity import Identity, create_key, load_key
 from crcolony.protocol.roster import Member, Roster, open_roster, sign_roster
 from crcolony.storage.files import make_folder, replace_file
@@ -113,7 +113,10 @@ class Authority:
         except msgspec.DecodeError as error:
             raise AuthorityError(f"{folder / SETTINGS_FILE}: {error}") from None
         identity = load_key(folder / KEY_FILE)
-        roster = open_roster(signed, identity.public_key)
+        try:
+            roster = open_roster(signed, identity.public_key)
+        except WireError as error:
+            raise AuthorityError(f"{folder / ROSTER_FILE}: {error}") from None
         return cls(folder, settings, identity, _read_seed(folder), certificate, roster)
 
     @property

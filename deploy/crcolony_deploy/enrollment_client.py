@@ -1,4 +1,4 @@
-"""A member's side of enrollment and renewal: it knows its authority by the fingerprint in the invitation, or by file."""
+"""A member's side of enrollment and renewal: it knows its authority by the fingerprint in an invitation, or by file."""
 
 import http.client
 import ssl

@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import zenoh
@@ -16,6 +15,7 @@ from crcolony.telemetry.colony_monitor import ColonyMonitor
 from crcolony.telemetry.samples import RawSample, SampleKind, parse_sample
 from crcolony.telemetry.status_changes import StatusChange
 from crcolony.transport.bounded_queue import BoundedQueue
+from crcolony.transport.liveliness_follower import LivelinessFollower
 from crcolony.transport.zenoh_samples import undeclare_all
 
 _MAX_SAMPLES = 100_000
@@ -56,6 +56,10 @@ class TelemetrySubscriber:
         self._keys, self._sends_requests = ColonyKeys(colony), sends_requests
         self._on_raw_sample = on_raw_sample
         self._queue = BoundedQueue[RawSample](_MAX_SAMPLES, _MAX_BYTES)
+        self._followers = [
+            LivelinessFollower(session, key, self._on_token)
+            for key in (self._keys.all_alive, key_expressions.ALL_ARENAS_ALIVE)
+        ]
         self._declare(session)
 
     def _declare(self, session: zenoh.Session) -> None:
@@ -70,17 +74,20 @@ class TelemetrySubscriber:
                 key_expressions.ALL_ARENA_ACTIVITIES, self._callback("activity")
             ),
             session.declare_subscriber(key_expressions.ALL_SCENES, self._callback("scene")),
-            liveliness.declare_subscriber(keys.all_alive, self._callback("online"), history=True),
-            liveliness.declare_subscriber(
-                key_expressions.ALL_ARENAS_ALIVE, self._callback("online"), history=True
-            ),
         ]
 
     def move_to(self, session: zenoh.Session) -> Callable[[], None]:
         """Subscribe in another session; return a function that ends the subscriptions of the former one."""
         former = self._entities
         self._declare(session)
-        return partial(undeclare_all, former)
+        unfollow = [follower.move_to(session) for follower in self._followers]
+
+        def leave() -> None:
+            undeclare_all(former)
+            for one in unfollow:
+                one()
+
+        return leave
 
     @property
     def dropped(self) -> int:
@@ -101,18 +108,17 @@ class TelemetrySubscriber:
         return changes
 
     def _callback(self, kind: SampleKind) -> Any:
-        def on_sample(sample: zenoh.Sample) -> None:
-            is_offline = kind == "online" and sample.kind == zenoh.SampleKind.DELETE
-            self._enqueue("offline" if is_offline else kind, sample)
+        return Callback(lambda sample: self._enqueue_sample(kind, sample), indirect=False)
 
-        return Callback(on_sample, indirect=False)
+    def _on_token(self, key: str, is_online: bool) -> None:
+        self._enqueue("online" if is_online else "offline", key, b"", _TOKEN_LIMIT_FACTOR)
 
     def _send(self, request: BackfillRequest) -> None:
         """Send a request to all that reply to its key: one of them may be an impostor."""
 
         def on_reply(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
-                self._enqueue(request.kind, reply.ok)
+                self._enqueue_sample(request.kind, reply.ok)
 
         self._session.get(
             request.key,
@@ -123,9 +129,13 @@ class TelemetrySubscriber:
             consolidation=zenoh.ConsolidationMode.NONE,
         )
 
-    def _enqueue(self, kind: SampleKind, sample: zenoh.Sample) -> None:
+    def _enqueue_sample(self, kind: SampleKind, sample: zenoh.Sample) -> None:
         is_short = len(sample.payload) <= _MAX_PAYLOAD_BYTES.get(kind, 0)
         payload = sample.payload.to_bytes() if is_short else b""
-        raw = RawSample(kind, str(sample.key_expr), payload, int(1000.0 * time.time()))
-        is_token = kind in ("online", "offline")
-        self._queue.put(raw, len(payload), _TOKEN_LIMIT_FACTOR if is_token else 1.0)
+        self._enqueue(kind, str(sample.key_expr), payload)
+
+    def _enqueue(
+        self, kind: SampleKind, key: str, payload: bytes, limit_factor: float = 1.0
+    ) -> None:
+        raw = RawSample(kind, key, payload, int(1000.0 * time.time()))
+        self._queue.put(raw, len(payload), limit_factor)

@@ -1,7 +1,6 @@
 """The arena's side of the transport over Zenoh."""
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import zenoh
@@ -11,6 +10,7 @@ from crcolony.protocol.codec import MAX_BODY_MESSAGE_BYTES
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.key_expressions import ArenaKeys
 from crcolony.transport.interface import ActionReceived, Deliver, QueryReceived
+from crcolony.transport.liveliness_follower import LivelinessFollower
 from crcolony.transport.zenoh_samples import (
     callback,
     declare_publisher,
@@ -36,6 +36,7 @@ class ArenaTransport:
     ) -> None:
         self._keys, self._arena_run = ArenaKeys(arena), arena_run
         self._deliver = deliver
+        self._robots = LivelinessFollower(session, key_expressions.ALL_ROBOTS_ALIVE, self._on_robot)
         self._declare(session)
 
     def _declare(self, session: zenoh.Session) -> None:
@@ -47,9 +48,6 @@ class ArenaTransport:
             session.declare_subscriber(self._keys.all_actions, callback(self._on_action)),
             session.declare_queryable(self._keys.all_joins, callback(self._on_join)),
             session.declare_queryable(self._keys.metadata, callback(self._on_metadata)),
-            live.declare_subscriber(
-                key_expressions.ALL_ROBOTS_ALIVE, callback(self._on_robot), history=True
-            ),
             live.declare_token(self._keys.alive(self._arena_run, str(session.zid()))),
         ]
 
@@ -57,7 +55,13 @@ class ArenaTransport:
         """Serve the bodies in another session; return a function that undeclares them in the former one."""
         former = self._entities
         self._declare(session)
-        return partial(undeclare_all, former)
+        unfollow = self._robots.move_to(session)
+
+        def leave() -> None:
+            undeclare_all(former)
+            unfollow()
+
+        return leave
 
     def publish_observation(self, robot: RobotId, observation: bytes) -> None:
         """Publish the observation of a robot's body."""
@@ -92,7 +96,7 @@ class ArenaTransport:
     def _on_metadata(self, query: zenoh.Query) -> None:
         self._deliver(QueryReceived("metadata", b"", query_bytes(query), reply_once(query)))
 
-    def _on_robot(self, sample: zenoh.Sample) -> None:
-        token = key_expressions.parse_robot_token(str(sample.key_expr))
+    def _on_robot(self, key: str, is_online: bool) -> None:
+        token = key_expressions.parse_robot_token(key)
         if token is not None:
-            self._deliver(presence_event(sample, token))
+            self._deliver(presence_event(token, is_online))

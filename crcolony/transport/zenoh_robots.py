@@ -1,9 +1,7 @@
 """The robots' side of the transport over Zenoh."""
 
 import itertools
-import threading
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import zenoh
@@ -26,6 +24,7 @@ from crcolony.transport.interface import (
     TelemetryTopic,
 )
 from crcolony.transport.liveliness_check import LivelinessCheck
+from crcolony.transport.liveliness_follower import LivelinessFollower
 from crcolony.transport.zenoh_samples import (
     callback,
     declare_publisher,
@@ -39,8 +38,6 @@ from crcolony.transport.zenoh_samples import (
 _JOIN_TIMEOUT_S = 1.0
 _MAX_GONE = 10_000
 """Sessions remembered after their token has gone."""
-_MAX_ARENA_TOKENS = 100
-"""Anybody can declare tokens: further ones are ignored."""
 
 
 class RobotTransport:
@@ -51,12 +48,15 @@ class RobotTransport:
         self._deliver = deliver
         self._publishers: dict[str, zenoh.Publisher] = {}
         self._arena_tokens: set[ArenaToken] = set()
-        self._mutex = threading.Lock()
         self._incarnations: dict[RobotId, int] = {}
         self._declared: dict[RobotId, list[Any]] = {}
         self._is_scene_needed = False
         self._gone: set[str] = set()
         """Sessions whose token has gone: Zenoh may keep the link of one that is closed"""
+        self._followers = [
+            LivelinessFollower(session, self._colony.all_alive, self._on_robot),
+            LivelinessFollower(session, self._arena.all_alive, self._on_arena),
+        ]
         self._declare(session)
 
     def _declare(self, session: zenoh.Session) -> None:
@@ -65,13 +65,7 @@ class RobotTransport:
         self._check = LivelinessCheck(session)
         self._subscribers = [
             session.liveliness().declare_subscriber(
-                self._colony.all_alive, callback(self._on_robot), history=True
-            ),
-            session.liveliness().declare_subscriber(
                 self._colony.all_versions, callback(self._on_version), history=True
-            ),
-            session.liveliness().declare_subscriber(
-                self._arena.all_alive, callback(self._on_arena), history=True
             ),
             session.declare_subscriber(self._arena.scene, callback(self._on_scene)),
         ]
@@ -83,14 +77,19 @@ class RobotTransport:
         self._declare(session)
         for robot, incarnation in self._incarnations.items():
             self.add_robot(robot, incarnation)
-        return partial(undeclare_all, former)
+        unfollow = [follower.move_to(session) for follower in self._followers]
+
+        def leave() -> None:
+            undeclare_all(former)
+            for one in unfollow:
+                one()
+
+        return leave
 
     def leave(self) -> None:
         """Undeclare all robots before the session is closed, which was observed to deliver its own tokens again."""
         undeclare_all(itertools.chain(*self._declared.values()))
         self._declared.clear()
-        with self._mutex:
-            self._arena_tokens.clear()
 
     def peers_without_token(self, now_s: float) -> list[str]:
         """Return the sessions of peers that have been connected for long and have no liveliness token, each once."""
@@ -200,15 +199,15 @@ class RobotTransport:
             publisher = self._publishers[key] = declare_publisher(self._session, key)
         publisher.put(data)
 
-    def _on_robot(self, sample: zenoh.Sample) -> None:
-        token = key_expressions.parse_robot_token(str(sample.key_expr))
+    def _on_robot(self, key: str, is_online: bool) -> None:
+        token = key_expressions.parse_robot_token(key)
         if token is None:
             return
-        if sample.kind == zenoh.SampleKind.PUT:
+        if is_online:
             self._gone.discard(token.session)
         elif len(self._gone) < _MAX_GONE:
             self._gone.add(token.session)
-        self._deliver(presence_event(sample, token))
+        self._deliver(presence_event(token, is_online))
 
     def _on_version(self, sample: zenoh.Sample) -> None:
         peer = key_expressions.parse_incompatible_peer(str(sample.key_expr))
@@ -219,17 +218,15 @@ class RobotTransport:
         if self._is_scene_needed:
             self._deliver(SceneReceived(payload_bytes(sample.payload, MAX_SCENE_BYTES)))
 
-    def _on_arena(self, sample: zenoh.Sample) -> None:
+    def _on_arena(self, key: str, is_online: bool) -> None:
         """Deliver that an arena is offline when the last token of its run has gone: it may have changed its session."""
-        token = key_expressions.parse_arena_token(str(sample.key_expr))
+        token = key_expressions.parse_arena_token(key)
         if token is None:
             return
-        with self._mutex:
-            if sample.kind == zenoh.SampleKind.PUT:
-                if len(self._arena_tokens) < _MAX_ARENA_TOKENS:
-                    self._arena_tokens.add(token)
-                    self._deliver(ArenaOnline(token.arena_run))
-            elif token in self._arena_tokens:
-                self._arena_tokens.remove(token)
-                if not any(token.arena_run == other.arena_run for other in self._arena_tokens):
-                    self._deliver(ArenaOffline(token.arena_run))
+        if is_online:
+            self._arena_tokens.add(token)
+            self._deliver(ArenaOnline(token.arena_run))
+        else:
+            self._arena_tokens.discard(token)
+            if not any(token.arena_run == other.arena_run for other in self._arena_tokens):
+                self._deliver(ArenaOffline(token.arena_run))

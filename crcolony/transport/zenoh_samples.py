@@ -42,10 +42,10 @@ def undeclare_all(entities: Iterable[Any]) -> None:
 
 
 def presence_event(
-    sample: zenoh.Sample, token: key_expressions.RobotToken
+    token: key_expressions.RobotToken, is_online: bool
 ) -> RobotOnline | RobotOffline:
     """Return the inbound event of a robot's liveliness token that appeared or went."""
-    kind = RobotOnline if sample.kind == zenoh.SampleKind.PUT else RobotOffline
+    kind = RobotOnline if is_online else RobotOffline
     return kind(token.robot, token.incarnation, token.session)
 
 

@@ -6,11 +6,13 @@ Times are of CLOCK_MONOTONIC, which all processes of a machine share, whatever n
 import argparse
 import contextlib
 import time
-from queue import SimpleQueue
+from collections.abc import Callable
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import Any
 
 import msgspec
 import zenoh
-from zenoh.handlers import Callback
 
 from crcolony.protocol import key_expressions
 from crcolony.protocol.codec import WireError
@@ -21,7 +23,10 @@ from crcolony.protocol.telemetry_messages import (
     decode_event,
     decode_state,
 )
+from crcolony.transport.connection import Connection
+from crcolony.transport.liveliness_follower import LivelinessFollower
 from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_samples import callback, undeclare_all
 from crcolony.transport.zenoh_session import open_session
 
 
@@ -52,48 +57,77 @@ class EventReceived(msgspec.Struct, tag=True):
 Line = Token | StateReceived | EventReceived
 
 
+class Observer:
+    """Subscribes to the tokens, states and events of all colonies, and enqueues them."""
+
+    def __init__(self, session: zenoh.Session) -> None:
+        self.lines: SimpleQueue[Line] = SimpleQueue()
+        self._followers = [
+            LivelinessFollower(session, key, self._on_token)
+            for key in (ColonyKeys("*").all_alive, key_expressions.ALL_ARENAS_ALIVE)
+        ]
+        self._declare(session)
+
+    def _declare(self, session: zenoh.Session) -> None:
+        live, of = session.liveliness(), ColonyKeys("*")
+        self._declared: list[Any] = [
+            live.declare_token(key_expressions.observer(str(session.zid()))),
+            session.declare_subscriber(of.all_states, callback(self._on_state)),
+            session.declare_subscriber(of.all_events, callback(self._on_event)),
+        ]
+
+    def move_to(self, session: zenoh.Session) -> Callable[[], None]:
+        """Subscribe in another session."""
+        former = self._declared
+        self._declare(session)
+        unfollow = [follower.move_to(session) for follower in self._followers]
+
+        def leave() -> None:
+            undeclare_all(former)
+            for one in unfollow:
+                one()
+
+        return leave
+
+    def _on_token(self, key: str, is_online: bool) -> None:
+        robot = key_expressions.parse_robot_token(key)
+        arena = key_expressions.parse_arena_token(key)
+        now_s = time.monotonic()
+        if robot is not None:
+            name = robot.robot.hex()
+            self.lines.put(Token(now_s, name, robot.incarnation, robot.session, is_online))
+        elif arena is not None:
+            self.lines.put(Token(now_s, "", 0, arena.session, is_online))
+
+    def _on_state(self, sample: zenoh.Sample) -> None:
+        with contextlib.suppress(WireError):
+            state = decode_state(sample.payload.to_bytes())
+            self.lines.put(StateReceived(time.monotonic(), state))
+
+    def _on_event(self, sample: zenoh.Sample) -> None:
+        event = decode_event(sample.payload.to_bytes())
+        self.lines.put(EventReceived(time.monotonic(), event))
+
+
 def main() -> None:
     """Print until killed."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--connect", action="append", default=[])
     parser.add_argument("--interface", default="")
+    parser.add_argument("--credentials", type=Path)
     options = parser.parse_args()
-    lines: SimpleQueue[Line] = SimpleQueue()
-
-    def on_token(sample: zenoh.Sample) -> None:
-        is_online, key = sample.kind == zenoh.SampleKind.PUT, str(sample.key_expr)
-        robot, arena = (
-            key_expressions.parse_robot_token(key),
-            key_expressions.parse_arena_token(key),
-        )
-        if robot is not None:
-            name = robot.robot.hex()
-            lines.put(Token(time.monotonic(), name, robot.incarnation, robot.session, is_online))
-        elif arena is not None:
-            lines.put(Token(time.monotonic(), "", 0, arena.session, is_online))
-
-    def on_state(sample: zenoh.Sample) -> None:
-        with contextlib.suppress(WireError):
-            lines.put(StateReceived(time.monotonic(), decode_state(sample.payload.to_bytes())))
-
-    def on_event(sample: zenoh.Sample) -> None:
-        lines.put(EventReceived(time.monotonic(), decode_event(sample.payload.to_bytes())))
-
-    network = NetworkSettings(connect=tuple(options.connect), interface=options.interface)
-    of = ColonyKeys("*")
-    with open_session(network) as session:
-        live = session.liveliness()
-        declared = [
-            live.declare_token(key_expressions.observer(str(session.zid()))),
-            session.declare_subscriber(of.all_states, Callback(on_state, indirect=False)),
-            session.declare_subscriber(of.all_events, Callback(on_event, indirect=False)),
-            *(
-                live.declare_subscriber(key, Callback(on_token, indirect=False), history=True)
-                for key in (of.all_alive, key_expressions.ALL_ARENAS_ALIVE)
-            ),
-        ]
-        while declared:
-            print(msgspec.json.encode(lines.get()).decode(), flush=True)
+    network = NetworkSettings(
+        connect=tuple(options.connect),
+        interface=options.interface,
+        credentials=options.credentials,
+    )
+    with Connection(network, open_session(network), lambda line: None) as connection:
+        observer = Observer(connection.session)
+        connection.add_user(observer)
+        while True:
+            with contextlib.suppress(Empty):
+                print(msgspec.json.encode(observer.lines.get(timeout=0.2)).decode(), flush=True)
+            connection.handle_timers(time.monotonic())
 
 
 if __name__ == "__main__":

@@ -168,10 +168,12 @@ class Colony:
         self.arenas.append(arena)
         return arena
 
-    def robot(self, *options: str, before: tuple[str, ...] = ()) -> Robot:
-        """Start another robot."""
+    def robot(
+        self, *options: str, before: tuple[str, ...] = (), folder: Path | None = None
+    ) -> Robot:
+        """Start another robot, in a folder of its own or the given one."""
         name = f"robot-{len(self.robots)}"
-        folder = self.folder / name
+        folder = folder or self.folder / name
         command = crcolony(
             "robot", *self._settings, "--out", str(folder), *self._with_endpoint(options),
             *_open_network(before),

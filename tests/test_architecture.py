@@ -79,6 +79,11 @@ TESTED_ELSEWHERE: dict[str, str] = {
     "crcolony/runtime/emergency_stop.py": "system/test_bridge.py: real robots are stopped and released",
     "crcolony/transport/zenoh_relay.py": "system/test_bridge.py: matings by infrared alone",
     "crcolony/transport/zenoh_stop.py": "system/test_bridge.py: real robots are stopped and released",
+    # Deployments: both ends of an enrollment, and what an operator's command does to a running colony.
+    "crcolony/commands/deployment_options.py": "crcolony/commands/test_enroll.py: addresses and roles as typed",
+    "crcolony_deploy/enrollment_client.py": "deploy/test_enrollment.py: members and impostors on the network",
+    "crcolony_deploy/enrollment_service.py": "deploy/test_enrollment.py: members and impostors on the network",
+    "crcolony_deploy/roster_push.py": "system/test_secured_colony.py: a revocation reaches a running colony",
     # Parts of the bridge, with real firmware on the other end.
     "crcolony_bridge/bridge_process.py": "system/test_bridge.py: bridges that are killed and restarted",
     "crcolony_bridge/start_bridge.py": "system/test_bridge.py: bridges that are killed and restarted",
@@ -119,6 +124,7 @@ ABOUT_SEVERAL = [
     "tests/crcolony/storage/test_store_against_model.py",
     "tests/crcolony/test_wrong_input.py",
     "tests/crcolony/world/test_body_contract.py",
+    "tests/deploy/test_enrollment.py",
     "tests/robot_firmware_bridge/aseba/test_driver_faults.py",
     "tests/robot_firmware_bridge/aseba/test_driver_words.py",
     "tests/robot_firmware_bridge/reference_firmware/test_driver_words.py",

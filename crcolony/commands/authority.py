@@ -19,6 +19,14 @@ from crcolony.errors import EXIT_OK
 if TYPE_CHECKING:
     from crcolony_deploy.authority import Authority
 
+    Actions = argparse._SubParsersAction[argparse.ArgumentParser]
+
+_AS_OPERATOR = " --credentials operator --connect tls/10.0.0.1:7447"
+_CREATE = "crcolony authority create authority"
+_SERVE = f"crcolony authority serve authority --at 10.0.0.5:{AUTHORITY_PORT}"
+_INVITE = "crcolony authority invite authority robot kitchen"
+_REVOKE = f"crcolony authority revoke authority kitchen{_AS_OPERATOR}"
+
 
 def add_authority(parser: argparse.ArgumentParser) -> None:
     """Add the options of `crcolony authority`."""
@@ -32,13 +40,10 @@ def add_authority(parser: argparse.ArgumentParser) -> None:
         metavar="H",
         help="how long a certificate is valid, and a revoked member can connect at most (default 24)",
     )
-    _action(actions, "members", _members, "print who belongs to the deployment")
-    invite = _action(actions, "invite", _invite, "print an invitation, with which a member enrolls")
-    invite.add_argument("role", choices=ROLES, metavar="ROLE", help=", ".join(ROLES))
-    invite.add_argument("name", metavar="NAME", help="letters, digits, _ and -, at most 48")
-    invite.add_argument(
-        "--minutes", type=float, default=15.0, metavar="M", help="how long it is valid (default 15)"
-    )
+    add_examples(create, (f"{_CREATE} --colony lab", "on one machine, once; keep the folder safe"))
+    members = _action(actions, "members", _members, "print who belongs to the deployment")
+    add_examples(members, ("crcolony authority members authority", "those revoked are marked"))
+    _add_invite(actions)
     serve = _action(
         actions, "serve", _serve, "enroll members by invitation, and renew certificates"
     )
@@ -48,36 +53,53 @@ def add_authority(parser: argparse.ArgumentParser) -> None:
         metavar="HOST:PORT",
         help=f"address to listen on (default 127.0.0.1:{AUTHORITY_PORT})",
     )
+    add_examples(serve, (_SERVE, "while members enroll, or always"))
     issue = _action(actions, "issue", _issue, "answer a request that was brought by file")
     issue.add_argument("request", type=Path, metavar="REQUEST", help="as crcolony enroll wrote it")
     issue.add_argument("grant", type=Path, metavar="GRANT", help="file for the answer")
+    add_examples(
+        issue,
+        ("crcolony authority issue authority kitchen.request kitchen.grant", "carried by hand"),
+    )
+    _add_changes(actions)
+    add_examples(
+        parser,
+        (f"{_CREATE} --colony lab", "on one machine, once; keep the folder safe"),
+        (_SERVE, "while members enroll, or always"),
+        (_INVITE, "prints what to type on the robot"),
+        (_REVOKE, "within a second, wherever the colony is reached"),
+    )
+
+
+def _add_invite(actions: "Actions") -> None:
+    invite = _action(actions, "invite", _invite, "print an invitation, with which a member enrolls")
+    invite.add_argument("role", choices=ROLES, metavar="ROLE", help=", ".join(ROLES))
+    invite.add_argument("name", metavar="NAME", help="letters, digits, _ and -, at most 48")
+    invite.add_argument(
+        "--minutes", type=float, default=15.0, metavar="M", help="how long it is valid (default 15)"
+    )
+    add_examples(invite, (_INVITE, "prints what to type on the robot"))
+
+
+def _add_changes(actions: "Actions") -> None:
+    """Add what changes the roster, or publishes it."""
     for name, function, summary in (
         ("revoke", _revoke, "revoke a member: nobody mates with it or hears it any more"),
         ("reinstate", _reinstate, "admit a revoked member again"),
         ("publish", _publish, "publish the roster to the colony again"),
     ):
         change = _action(actions, name, function, summary)
-        if function is not _publish:
+        if name != "publish":
             change.add_argument("name", metavar="NAME", help="as crcolony authority members has it")
         add_network(change)
-    add_examples(
-        parser,
-        ("crcolony authority create authority --colony lab", "on one machine, once; keep it safe"),
-        (
-            "crcolony authority serve authority --at 10.0.0.5:7448",
-            "while members enroll, or always",
-        ),
-        ("crcolony authority invite authority robot kitchen", "prints what to type on the robot"),
-        (
-            "crcolony authority revoke authority kitchen --credentials operator"
-            " --connect tls/10.0.0.1:7447",
-            "within a second, wherever the colony is reached",
-        ),
-    )
+        member = " kitchen" if name != "publish" else ""
+        add_examples(
+            change, (f"crcolony authority {name} authority{member}{_AS_OPERATOR}", "everywhere")
+        )
 
 
 def _action(
-    actions: "argparse._SubParsersAction[argparse.ArgumentParser]",
+    actions: "Actions",
     name: str,
     function: Callable[[argparse.Namespace], int],
     summary: str,

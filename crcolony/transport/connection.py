@@ -12,6 +12,7 @@ from crcolony.protocol.roster import Roster
 from crcolony.transport.close_session import close_session
 from crcolony.transport.connection_check import ConnectionCheck
 from crcolony.transport.credentials import IDENTITY_FILE, load_credentials
+from crcolony.transport.interface import NetworkError
 from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.roster_exchange import RosterExchange
 from crcolony.transport.session_renewal import SessionRenewal, SessionUser
@@ -19,6 +20,7 @@ from crcolony.transport.zenoh_session import Session, has_links, open_session
 
 _CERTIFICATE_PERIOD_S = 1.0
 """How often the file of the certificate is looked at."""
+_RETRY_S = 0.5
 _ROSTER_DELAY_S = 2.0
 """After another roster a session is renewed within this time, at a random moment: not all members at once."""
 
@@ -84,7 +86,7 @@ class Connection:
             self._certificate_due_s = now_s + _CERTIFICATE_PERIOD_S
             assert self._network.credentials is not None
             version = _version_of(self._network.credentials)
-            if version != self._certificate:
+            if version not in (None, self._certificate):
                 self._certificate = version
                 self._renew_by(now_s)
         self._renew(now_s)
@@ -99,6 +101,14 @@ class Connection:
         for user in self._users:
             user.move_to(self.session)()
 
+    def _reopen_router(self, now_s: float) -> None:
+        """Reopen the session of a router: its clients know its port alone, and another one serves them meanwhile."""
+        try:
+            self.reopen()
+        except NetworkError as error:
+            self._print_line(f"the session cannot be renewed yet: {error}")
+            self._renew_by(now_s + _RETRY_S)
+
     def _renew_by(self, due_s: float) -> None:
         if self._renewal_due_s is None or due_s < self._renewal_due_s:
             self._renewal_due_s = due_s
@@ -112,17 +122,17 @@ class Connection:
         elif self._renewal_due_s is not None and now_s >= self._renewal_due_s:
             self._renewal_due_s = None
             if self._network.role == "router":
-                self.reopen()  # its clients know its port alone, and are served by the other router
+                self._reopen_router(now_s)
             else:
                 self._renewal = SessionRenewal(
                     self._network, self.session, self._users, self._print_line
                 )
 
 
-def _version_of(folder: Path) -> tuple[int, int]:
-    """Return what changes when the certificate is replaced."""
+def _version_of(folder: Path) -> tuple[int, int] | None:
+    """Return what changes when the certificate is replaced; None while its disk is away."""
     try:
         status = (folder / IDENTITY_FILE).stat()
-    except OSError:  # a disk that is away for a moment
-        return (0, 0)
+    except OSError:
+        return None
     return status.st_mtime_ns, status.st_ino

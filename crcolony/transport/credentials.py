@@ -4,6 +4,8 @@
 (`access_control.py`), never written by hand.
 """
 
+import contextlib
+import os
 import stat
 from dataclasses import dataclass
 from pathlib import Path
@@ -121,3 +123,17 @@ def read_roster(path: Path, authority_key: bytes) -> tuple[bytes, Roster]:
         raise NetworkError(f"{path}: {error.strerror}") from None
     except WireError as error:
         raise NetworkError(f"{path}: {error}") from None
+
+
+def store_roster(folder: Path, signed: bytes) -> None:
+    """Replace the roster in a folder of credentials, as a whole; a folder that cannot be written keeps the old one.
+
+    Then the newest is learnt again from the others after the next start.
+    """
+    draft = folder / f".{ROSTER_FILE}.{os.getpid()}"
+    with contextlib.suppress(OSError):
+        with draft.open("wb") as file:
+            file.write(signed)
+            file.flush()
+            os.fsync(file.fileno())
+        draft.replace(folder / ROSTER_FILE)

@@ -1,11 +1,9 @@
 """Passes on the roster of a deployment over Zenoh, and keeps the newest in the member's folder of credentials."""
 
 import contextlib
-import os
 import random
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -14,7 +12,7 @@ import zenoh
 from crcolony.protocol.key_expressions import roster_key, roster_serial_key
 from crcolony.protocol.roster import MAX_ROSTER_BYTES, Roster
 from crcolony.protocol.roster_gossip import Announce, Publish, Request, RosterGossip
-from crcolony.transport.credentials import ROSTER_FILE, Credentials
+from crcolony.transport.credentials import Credentials, store_roster
 from crcolony.transport.zenoh_samples import callback, payload_bytes, undeclare_all
 
 _MAX_WAITING = 64
@@ -116,20 +114,6 @@ class RosterExchange:
         with query:
             if answer is not None:
                 query.reply(query.key_expr, answer)
-
-
-def store_roster(folder: Path, signed: bytes) -> None:
-    """Replace the roster in a folder of credentials, as a whole; a folder that cannot be written keeps the old one.
-
-    Then the newest is learnt again from the others after the next start.
-    """
-    draft = folder / f".{ROSTER_FILE}.{os.getpid()}"
-    with contextlib.suppress(OSError):
-        with draft.open("wb") as file:
-            file.write(signed)
-            file.flush()
-            os.fsync(file.fileno())
-        draft.replace(folder / ROSTER_FILE)
 
 
 def _taken(queue: SimpleQueue[bytes]) -> list[bytes]:

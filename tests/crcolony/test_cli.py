@@ -131,7 +131,7 @@ def test_a_bug_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_every_command_has_a_help(capsys: pytest.CaptureFixture[str]) -> None:
     """It says what the command does, every option has a text, and the examples are ones that it accepts."""
     for name, parser in parsers_of_commands().items():
-        assert main([name, "--help"]) == 0
+        assert main([*name.split(), "--help"]) == 0
         printed = capsys.readouterr().out
         assert str(parser.description) in " ".join(printed.split())
         assert all(action.help for action in parser._actions), name
@@ -140,7 +140,7 @@ def test_every_command_has_a_help(capsys: pytest.CaptureFixture[str]) -> None:
         assert lines, name
         for line in lines:
             words = shlex.split(line.partition(">")[0])
-            assert words[:2] == ["crcolony", name]
+            assert words[: 1 + len(name.split())] == ["crcolony", *name.split()]
             make_parser().parse_args(words[1:])
 
 

@@ -37,6 +37,15 @@ NEEDED = {
     "keygen": ["key"],
     "check": ["file"],
     "completion": ["bash"],
+    "enroll": ["robot", "kitchen", "--out", "credentials", "--renew"],
+    "authority create": ["authority"],
+    "authority members": ["folder"],
+    "authority invite": ["folder", "robot", "kitchen"],
+    "authority serve": ["folder"],
+    "authority issue": ["folder", "file", "grant"],
+    "authority revoke": ["folder", "kitchen"],
+    "authority reinstate": ["folder", "kitchen"],
+    "authority publish": ["folder"],
     **{name: ["folder"] for name in ("inspect", "export", "replay", "plot")},
 }
 """Arguments without which a command cannot be."""
@@ -63,14 +72,14 @@ def lines_with(name: str, action: argparse.Action) -> Iterator[list[str]]:
     """Yield command lines in which an option or argument of a command has every wrong value."""
     for value in WRONG if action.nargs != 0 else [""]:
         if not action.option_strings:
-            yield [name, "--", value]
+            yield [*name.split(), "--", value]
             continue
         option = action.option_strings[-1]
         is_flag = action.nargs == 0
         words = (
             [option] if is_flag else [f"{option}={value}"] if "--" in option else [option, value]
         )
-        yield [name, *NEEDED.get(name, []), *words]
+        yield [*name.split(), *NEEDED.get(name, []), *words]
 
 
 @pytest.mark.usefixtures("_nothing_runs")

@@ -4,7 +4,7 @@ import argparse
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -25,13 +25,19 @@ Refused = Callable[[str], str]
 
 
 def parsers_of_commands() -> dict[str, argparse.ArgumentParser]:
-    """Return the parser of every command by its name."""
-    (commands,) = (
-        action
-        for action in make_parser()._actions
-        if isinstance(action, argparse._SubParsersAction)
-    )
-    return dict(commands.choices)
+    """Return the parser of every command by its name; actions of a command, as `authority create`, are commands."""
+    return dict(_parsers_in(make_parser(), ""))
+
+
+def _parsers_in(
+    parser: argparse.ArgumentParser, before: str
+) -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    for action in parser._actions:
+        if not isinstance(action, argparse._SubParsersAction):
+            continue
+        for name, one in action.choices.items():
+            inner = list(_parsers_in(one, f"{before}{name} "))
+            yield from inner or [(f"{before}{name}", one)]
 
 
 def command(*words: str | Path) -> list[str]:

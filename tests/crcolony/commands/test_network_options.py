@@ -17,7 +17,8 @@ from crcolony.commands.network_options import (
 )
 from crcolony.commands.options import UsageError, add_config
 from crcolony.config import Config
-from crcolony.transport.network_settings import HERE
+from crcolony.transport.interface import NetworkError
+from crcolony.transport.network_settings import HERE, HERE_ENCRYPTED
 
 A, B = "tcp/10.0.0.1:7447", "tcp/10.0.0.2:7447"
 
@@ -61,10 +62,42 @@ def test_options_become_network_settings(
     role: str,
     connect: tuple[str, ...],
     listen: tuple[str, ...],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Without any, processes of one machine find each other at its default endpoint."""
+    monkeypatch.setenv("CRCOLONY_OPEN_NETWORK", "yes")
+    words = (*words, "--open-network")
     network = network_of(parse(*words), listens_here)
     assert (network.role, network.connect, network.listen) == (role, connect, listen)
+
+
+@pytest.mark.parametrize("words", [("--connect", A), ("--listen", A), ("--interface", "eth0")])
+def test_an_open_network_beyond_this_machine_needs_two_switches(
+    words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One of them could be there by accident; with both it is said loudly."""
+    monkeypatch.delenv("CRCOLONY_OPEN_NETWORK", raising=False)
+    with pytest.raises(UsageError, match="of which --open-network is missing"):
+        network_of(parse(*words))
+    with pytest.raises(UsageError, match="of which CRCOLONY_OPEN_NETWORK=yes is missing"):
+        network_of(parse(*words, "--open-network"))
+    monkeypatch.setenv("CRCOLONY_OPEN_NETWORK", "yes")
+    with pytest.raises(UsageError, match="of which --open-network is missing"):
+        network_of(parse(*words))
+    assert capsys.readouterr().err == ""
+    network_of(parse(*words, "--open-network"))
+    assert capsys.readouterr().err.startswith("OPEN NETWORK: whoever reaches ")
+
+
+def test_processes_of_this_machine_need_no_switch(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nor do members of a deployment, wherever they are."""
+    monkeypatch.delenv("CRCOLONY_OPEN_NETWORK", raising=False)
+    network_of(parse("--connect", "tcp/127.0.0.1:7000"))
+    network = network_of(parse("--connect", "tls/10.0.0.1:7447", "--credentials", "here"))
+    assert network.credentials == Path("here")
+    assert network_of(parse("--credentials", "here")).connect == (HERE_ENCRYPTED,)
+    with pytest.raises(NetworkError, match="with credentials every endpoint is tls"):
+        network_of(parse("--connect", A, "--credentials", "here"))
 
 
 def test_the_clock_is_real_time_unless_another_is_chosen() -> None:

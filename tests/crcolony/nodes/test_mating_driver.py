@@ -119,6 +119,22 @@ def test_a_proposal_after_the_contact_is_accepted(
     assert len(verified) == 1
 
 
+def test_nobody_mates_with_a_robot_that_is_revoked(
+    setup: Setup, verified: list[SignedEnvelope]
+) -> None:
+    """Neither after a contact, nor for a proposal that came before it; of an open encounter nothing is accepted."""
+    setup.driver.revoked = frozenset({PEER.id})
+    setup.meet()
+    setup.driver.handle_envelope(1.1, proposal())
+    assert setup.sent == []
+    assert setup.counts["not allowed"] == 2
+    assert verified == []
+    setup.driver.revoked = frozenset()
+    setup.meet()
+    setup.driver.handle_envelope(1.1, proposal())
+    assert len(setup.sent) == 1
+
+
 def test_unexpected_envelopes_are_not_verified(
     setup: Setup, verified: list[SignedEnvelope]
 ) -> None:

@@ -8,7 +8,6 @@ import pytest
 from crcolony.transport.endpoint import socket_address
 from crcolony.transport.interface import NetworkError, NetworkUnavailableError
 from crcolony.transport.network_settings import NetworkSettings
-from crcolony.transport.zenoh_config import zenoh_config
 from crcolony.transport.zenoh_session import (
     check_network,
     free_port,
@@ -19,57 +18,11 @@ from crcolony.transport.zenoh_session import (
 from tests.support.process import wait_until
 
 
-def test_a_peer_listens_on_a_free_port_of_the_address_that_reaches_its_seed() -> None:
-    """And finds the others by gossip."""
-    config = zenoh_config(NetworkSettings(connect=("tcp/127.0.0.1:7447",)))
-    assert config["mode"] == "peer"
-    assert config["connect"]["endpoints"] == ["tcp/127.0.0.1:7447"]
-    assert config["listen"]["endpoints"] == ["tcp/127.0.0.1:0"]
-    assert config["scouting"]["gossip"]["enabled"]
-    assert not config["scouting"]["multicast"]["enabled"]
-
-
-def test_a_client_does_not_listen() -> None:
-    """It connects to routers only."""
-    config = zenoh_config(NetworkSettings(role="client", connect=("tcp/127.0.0.1:7447",)))
-    assert (config["mode"], config["listen"]["endpoints"]) == ("client", [])
-
-
-def test_peers_of_an_interface_find_each_other_by_multicast() -> None:
-    """One mechanism of discovery is on, never both."""
-    network = NetworkSettings(interface="eth0", listen=("tcp/127.0.0.1:0",))
-    scouting = zenoh_config(network)["scouting"]
-    assert scouting["multicast"]["enabled"]
-    assert scouting["multicast"]["interface"] == "eth0"
-    assert not scouting["gossip"]["enabled"]
-
-
-def test_a_peer_listens_on_the_address_of_the_first_seed_to_which_there_is_a_way() -> None:
-    """Over IPv6 where the seed is, and on this machine for a Unix socket."""
-    for seeds, listen in (
-        (("tcp/[::1]:7447",), "tcp/[::1]:0"),
-        (("tcp/nobody.invalid:7447", "tcp/127.0.0.1:7447#iface=lo"), "tcp/127.0.0.1:0"),
-        (("unixsock-stream//run/colony",), "tcp/127.0.0.1:0"),
-    ):
-        assert zenoh_config(NetworkSettings(connect=seeds))["listen"]["endpoints"] == [listen]
-    with pytest.raises(NetworkUnavailableError, match=r"tcp/nobody.invalid:7447: its name "):
-        zenoh_config(NetworkSettings(connect=("tcp/nobody.invalid:7447",)))
-
-
 @pytest.mark.parametrize("endpoint", ["127.0.0.1:7447", "tcp/host", "tcp/host:0", "tcp/host:99999"])
 def test_an_endpoint_that_is_none_is_named(endpoint: str) -> None:
     """Before anything is looked up or opened."""
     with pytest.raises(NetworkError, match=f"^{endpoint}: not an endpoint"):
         check_network(NetworkSettings(connect=(endpoint,)))
-
-
-@pytest.mark.parametrize(
-    ("interface", "reason"), [("none0", "it needs an IPv4 address"), ("lo", "has no multicast")]
-)
-def test_an_interface_without_address_or_multicast_is_named(interface: str, reason: str) -> None:
-    """Peers could not find each other there."""
-    with pytest.raises(NetworkError, match=f"interface {interface}: .*{reason}"):
-        zenoh_config(NetworkSettings(interface=interface))
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "::1"])

@@ -45,7 +45,7 @@ def add_arena(parser: argparse.ArgumentParser) -> None:
     add_examples(
         parser,
         (
-            "crcolony arena --robots 4 --listen tcp/10.0.0.1:7447 --out runs/arena",
+            "crcolony arena --robots 4 --listen tls/10.0.0.1:7447 --out runs/arena --credentials main",
             "for robots of other machines",
         ),
         (

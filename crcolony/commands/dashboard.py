@@ -55,7 +55,7 @@ def add_dashboard(parser: argparse.ArgumentParser) -> None:
         parser,
         ("crcolony dashboard --web", "all colonies of this machine, in a browser"),
         (
-            "crcolony dashboard --native --connect tcp/10.0.0.1:7447",
+            "crcolony dashboard --native --connect tls/10.0.0.1:7447 --credentials wall",
             "those of another machine, in Rerun's window",
         ),
     )

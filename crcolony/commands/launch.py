@@ -61,7 +61,7 @@ def add_launch(parser: argparse.ArgumentParser) -> None:
             "eight in real time, with a dashboard for browsers",
         ),
         (
-            "crcolony launch -n 2 --robots-only --connect tcp/10.0.0.1:7447",
+            "crcolony launch -n 2 --robots-only --connect tcp/10.0.0.1:7447 --open-network",
             "two robots for the arena of another machine",
         ),
     )

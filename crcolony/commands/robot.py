@@ -56,7 +56,7 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
         parser,
         ("crcolony robot --out runs/robot", "in the arena of this machine"),
         (
-            "crcolony robot --out runs/robot --connect tcp/10.0.0.1:7447",
+            "crcolony robot --out runs/robot --connect tls/10.0.0.1:7447 --credentials kitchen",
             "in the arena of another machine",
         ),
     )

@@ -14,8 +14,8 @@ def add_router(parser: argparse.ArgumentParser) -> None:
     add_examples(
         parser,
         (
-            "crcolony router --listen tcp/10.0.0.1:7447",
-            "for robots with --client --connect tcp/10.0.0.1:7447",
+            "crcolony router --listen tls/10.0.0.1:7447 --credentials north",
+            "for robots with --client --connect tls/10.0.0.1:7447",
         ),
     )
 

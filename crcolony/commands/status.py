@@ -20,7 +20,7 @@ def add_status(parser: argparse.ArgumentParser) -> None:
         parser,
         ("crcolony status", "the robots of this machine"),
         (
-            "crcolony status --json --connect tcp/10.0.0.1:7447",
+            "crcolony status --json --connect tls/10.0.0.1:7447 --credentials wall",
             "those of another machine, for programs",
         ),
     )

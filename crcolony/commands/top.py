@@ -15,7 +15,10 @@ def add_top(parser: argparse.ArgumentParser) -> None:
     add_examples(
         parser,
         ("crcolony top", "the colonies of this machine"),
-        ("crcolony top --connect tcp/10.0.0.1:7447 --colony red", "one colony of another machine"),
+        (
+            "crcolony top --connect tls/10.0.0.1:7447 --credentials wall",
+            "the colony of a deployment",
+        ),
     )
 
 

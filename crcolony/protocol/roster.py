@@ -83,7 +83,7 @@ def sign_roster(roster: Roster, authority: Identity) -> bytes:
 
 def open_roster(data: bytes, authority_key: bytes) -> Roster:
     """Return a roster; raise WireError if it is malformed, or not signed by the owner of the authority's public key."""
-    signed = _decode_signed(data)
+    signed = decode_signed_roster(data)
     if not is_signed(_signed(signed.content), signed.signature, authority_key):
         raise WireError("not signed by the authority of this deployment")
     return _decode_roster(signed.content)
@@ -93,5 +93,5 @@ def _signed(content: bytes) -> bytes:
     return b"crcolony roster %d\n" % VERSION + content
 
 
-_decode_signed = StrictDecoder[SignedRoster](SignedRoster, MAX_ROSTER_BYTES + 128).decode
+decode_signed_roster = StrictDecoder[SignedRoster](SignedRoster, MAX_ROSTER_BYTES + 128).decode
 _decode_roster = StrictDecoder[Roster](Roster, MAX_ROSTER_BYTES, _MAX_ITEMS).decode

@@ -121,9 +121,9 @@ class RosterGossip:
 
 def _serial_in(data: bytes) -> int | None:
     try:
-        return _decode_serial(data).serial
+        return decode_roster_serial(data).serial
     except WireError:
         return None
 
 
-_decode_serial = StrictDecoder[RosterSerial](RosterSerial, 64).decode
+decode_roster_serial = StrictDecoder[RosterSerial](RosterSerial, 64).decode

@@ -11,6 +11,8 @@ from crcolony.protocol.body_messages import (
 )
 from crcolony.protocol.envelope import open_envelope
 from crcolony.protocol.mating_messages import decode_mating_message
+from crcolony.protocol.roster import decode_signed_roster
+from crcolony.protocol.roster_gossip import decode_roster_serial
 from crcolony.protocol.stop_messages import decode_stop, decode_stop_reply
 from crcolony.protocol.telemetry_messages import (
     decode_activity,
@@ -47,8 +49,10 @@ TELEMETRY_DECODERS: dict[str, Decode] = {
     "scene": decode_scene,
     "stop": decode_stop,
     "stop_reply": decode_stop_reply,
+    "roster": decode_signed_roster,
+    "roster_serial": decode_roster_serial,
 }
-"""Decoders of observers, of queries to robots, and of the emergency stop."""
+"""Decoders of observers, of queries to robots, of the emergency stop, and of deployments."""
 
 DECODER_OF = {
     **dict.fromkeys(MATING_MESSAGES, "envelope"),

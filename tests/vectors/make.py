@@ -36,6 +36,8 @@ from crcolony.protocol.mating_messages import (
     Refuse,
     pack_genes,
 )
+from crcolony.protocol.roster import Member, Roster, decode_signed_roster, sign_roster
+from crcolony.protocol.roster_gossip import RosterSerial
 from crcolony.protocol.stop_messages import Clear, Stop, StopAddress, StoppedRobot, StopReply
 from crcolony.protocol.telemetry_messages import (
     Activity,
@@ -176,6 +178,21 @@ STOPS: dict[str, Message] = {
 }
 """The emergency stop."""
 
+ROSTER = Roster(
+    COLONY,
+    300,
+    (
+        Member("robot", "kitchen", (INITIATOR.id,)),
+        Member("robot", "lost", (RESPONDER.id,), is_revoked=True),
+        Member("bridge", "desk", arenas=("lab",)),
+    ),
+)
+DEPLOYMENTS: dict[str, msgspec.Struct] = {
+    "roster": decode_signed_roster(sign_roster(ROSTER, INITIATOR)),
+    "roster_serial": RosterSerial(300),
+}
+"""What the members of a deployment pass on; the authority has the initiator's key here."""
+
 
 def make() -> dict[str, bytes]:
     """Return the bytes of every vector by the name of its file."""
@@ -183,7 +200,7 @@ def make() -> dict[str, bytes]:
     for name, content in MATING_MESSAGES.items():
         sender = INITIATOR if isinstance(content, BY_INITIATOR) else RESPONDER
         vectors[f"{name}.msgpack"] = sign_message(content, COLONY, sender)
-    for name, message in {**BODIES, **TELEMETRY, **STOPS}.items():
+    for name, message in {**BODIES, **TELEMETRY, **STOPS, **DEPLOYMENTS}.items():
         vectors[f"{name}.msgpack"] = encode(message)
     return vectors
 
@@ -194,7 +211,7 @@ def plain(value: Any) -> Any:
         tag = value.__struct_config__.tag
         fields = [plain(getattr(value, name)) for name in value.__struct_fields__]
         return fields if tag is None else [tag, *fields]
-    return [plain(item) for item in value] if isinstance(value, list) else value
+    return [plain(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 if __name__ == "__main__":

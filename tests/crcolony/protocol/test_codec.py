@@ -44,7 +44,16 @@ from tests.support.wire_decoders import (
     TELEMETRY_DECODERS,
     VECTORS,
 )
-from tests.vectors.make import BODIES, FOLDER, MATING_MESSAGES, STOPS, TELEMETRY, make, plain
+from tests.vectors.make import (
+    BODIES,
+    DEPLOYMENTS,
+    FOLDER,
+    MATING_MESSAGES,
+    STOPS,
+    TELEMETRY,
+    make,
+    plain,
+)
 
 MESSAGE_MODULES = ("crcolony.protocol.mating_messages", "crcolony.protocol.body_messages")
 ALL_DECODERS = DECODERS | TELEMETRY_DECODERS
@@ -75,7 +84,7 @@ class TestVectors:
         message = ALL_DECODERS[ALL_DECODER_OF[name]](VECTORS[name])
         assert plain(message) == msgspec.msgpack.decode(VECTORS[name])
         if name not in MATING_MESSAGES:
-            assert message == (BODIES | TELEMETRY | STOPS)[name]
+            assert message == (BODIES | TELEMETRY | STOPS | DEPLOYMENTS)[name]
 
     @pytest.mark.parametrize("name", ALL_DECODER_OF)
     def test_both_libraries_write_the_same_bytes(self, name: str) -> None:

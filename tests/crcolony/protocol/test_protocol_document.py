@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import get_args
 
 import msgspec
 
@@ -10,6 +11,7 @@ from crcolony.evolution.genotype import Gene, Schema
 from crcolony.protocol.codec import Message
 from crcolony.protocol.encounters import MatingLimits
 from crcolony.protocol.envelope import SignedEnvelope
+from crcolony.protocol.roster import Member, Role
 from tests.support.paths import ROOT
 from tests.support.transition_recorder import format_table
 from tests.support.wire_decoders import VECTORS
@@ -57,6 +59,13 @@ def test_it_names_every_message_and_field_of_telemetry() -> None:
 def test_it_contains_the_table_of_transitions() -> None:
     """Print the table with `python -m tests.support.transition_recorder`."""
     assert f"\n{format_table()}\n\n" in TEXT
+
+
+def test_it_names_every_field_of_a_roster_and_every_role() -> None:
+    """Others can generate the same access control."""
+    text = TEXT.partition("## Deployments")[2].partition("\n## ")[0]
+    for word in (*Member.__struct_fields__, *get_args(Role), "roster_serial", "serial"):
+        assert f"`{word}`" in text, word
 
 
 def test_it_names_every_timer_and_limit_with_its_default() -> None:

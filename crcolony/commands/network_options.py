@@ -61,6 +61,13 @@ def add_network(parser: argparse.ArgumentParser) -> None:
         f" {_OPEN_NETWORK}=yes must be set, too",
     )
     parser.add_argument(
+        "--lease-ms",
+        type=int,
+        default=3000,
+        metavar="MS",
+        help="a silent peer is offline after this (default 3000); longer for a wireless network",
+    )
+    parser.add_argument(
         "--client",
         action="store_true",
         help="be a client of the routers given with --connect, not a peer",
@@ -80,6 +87,8 @@ def network_of(options: argparse.Namespace, listens_here: bool = False) -> "Netw
         check_endpoints,
     )
 
+    if not 500 <= options.lease_ms <= 600_000:
+        raise UsageError(f"--lease-ms {options.lease_ms}: from 500 to 600000")
     if options.client and (options.listen or options.interface):
         raise UsageError("--client cannot be used with --listen or --interface")
     is_bare = not (options.connect or options.listen or options.interface)
@@ -94,6 +103,7 @@ def network_of(options: argparse.Namespace, listens_here: bool = False) -> "Netw
         connect=tuple(connect),
         listen=tuple(listen),
         interface=options.interface,
+        lease_ms=options.lease_ms,
         credentials=options.credentials,
         is_open=options.open_network,
     )

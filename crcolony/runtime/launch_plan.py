@@ -79,7 +79,9 @@ def choose_networks(launch: LaunchOptions, is_usual_port_free: bool = True) -> L
     if launch.robots_only or not network.listen:
         endpoint = (*network.connect, f"--interface {network.interface}")[0]
         return LaunchNetworks(network, network, None, endpoint)
-    robots = NetworkSettings(connect=network.listen, is_open=network.is_open)
+    robots = NetworkSettings(
+        connect=network.listen, lease_ms=network.lease_ms, is_open=network.is_open
+    )
     return LaunchNetworks(robots, network, None, network.listen[0])
 
 
@@ -131,6 +133,8 @@ def _network_options(network: NetworkSettings) -> list[str]:
     options += [word for endpoint in network.listen for word in ("--listen", endpoint)]
     if network.interface:
         options += ["--interface", network.interface]
+    if network.lease_ms != NetworkSettings().lease_ms:
+        options += ["--lease-ms", str(network.lease_ms)]
     if network.is_open:
         options.append("--open-network")
     return [*options, "--client"] if network.role == "client" else options

@@ -157,8 +157,8 @@ def test_clients_are_back_through_the_other_router(tmp_path: Path) -> None:
             ("first", first, ()),
             ("second", second, ("--connect", first)),
         ):
-            router = str(deployment.member("router", name))
-            options = ("--listen", endpoint, *connect, "--credentials", router)
+            own = str(deployment.member("router", name))
+            options = ("--listen", endpoint, *connect, "--credentials", own)
             routers.append(made.start(name, "router", *options))
         arena = deployment.member("arena", "main", arenas=("arena",))
         admitted = [deployment.robot(f"robot{number}") for number in range(3)]

@@ -89,6 +89,14 @@ def test_an_open_network_beyond_this_machine_needs_two_switches(
     assert capsys.readouterr().err.startswith("OPEN NETWORK: whoever reaches ")
 
 
+def test_a_lease_is_within_limits() -> None:
+    """Shorter than its keep-alive messages take it would end every link."""
+    assert network_of(parse("--lease-ms", "10000")).lease_ms == 10_000
+    for lease in ("499", "600001", "-1"):
+        with pytest.raises(UsageError, match=f"--lease-ms {lease}"):
+            network_of(parse("--lease-ms", lease))
+
+
 def test_processes_of_this_machine_need_no_switch(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nor do members of a deployment, wherever they are."""
     monkeypatch.delenv("CRCOLONY_OPEN_NETWORK", raising=False)

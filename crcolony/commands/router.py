@@ -9,6 +9,11 @@ from crcolony.errors import EXIT_OK
 
 def add_router(parser: argparse.ArgumentParser) -> None:
     """Add the options of `crcolony router`."""
+    parser.add_argument(
+        "--print-config",
+        action="store_true",
+        help="print Zenoh's configuration, for a router of another make (zenohd), and exit",
+    )
     add_network(parser)
     parser.set_defaults(command=_router)
     add_examples(
@@ -24,9 +29,13 @@ def _router(options: argparse.Namespace) -> int:
     import msgspec
 
     from crcolony.runtime.start_arena import run_router
+    from crcolony.transport.zenoh_config import print_config
 
     if options.client:
         raise UsageError("--client cannot be used with a router")
     network = msgspec.structs.replace(network_of(options, listens_here=True), role="router")
-    run_router(network)
+    if options.print_config:
+        print_config(network)
+    else:
+        run_router(network)
     return EXIT_OK

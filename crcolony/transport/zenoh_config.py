@@ -5,6 +5,7 @@ which hold no state. Only the configuration differs. Zenoh's defaults that do ha
 off, there is one mechanism of discovery, leases are short, and sizes are limited.
 """
 
+import json
 from typing import Any
 
 from crcolony.protocol.codec import MAX_SCENE_BYTES
@@ -75,6 +76,11 @@ def zenoh_config(network: NetworkSettings) -> dict[str, Any]:
     if network.credentials is not None:
         _secure(config, load_credentials(network.credentials))
     return config
+
+
+def print_config(network: NetworkSettings) -> None:
+    """Print the configuration as Zenoh reads it, in JSON."""
+    print(json.dumps(zenoh_config(network), indent=2))
 
 
 def _secure(config: dict[str, Any], credentials: Credentials) -> None:

@@ -3,7 +3,9 @@
 import socket
 
 import pytest
+import zenoh
 
+from crcolony.cli import main
 from tests.support.command_line import Refused, refusal, start_command, wait_for_line
 
 
@@ -41,3 +43,12 @@ def test_an_address_that_may_come_later_is_waited_for(words: str, line: str) -> 
         wait_for_line(process, f"waiting for the network: {line}")
         process.terminate()
         assert process.wait(60.0) == 0
+
+
+def test_its_configuration_is_printed_for_a_router_of_another_make(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Zenoh reads it as it is."""
+    assert main(["router", "--listen", "tcp/127.0.0.1:7447", "--print-config"]) == 0
+    config = zenoh.Config.from_json5(capsys.readouterr().out)
+    assert config.get_json("mode") == '"router"'

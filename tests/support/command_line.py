@@ -18,7 +18,7 @@ FAST = [
     *(word for setting in SMALL for word in ("--set", setting)),
 ]
 """Options of a run of a moment."""
-ENVIRONMENT = {**os.environ, "PYTHONPATH": PYTHONPATH}
+ENVIRONMENT = {**os.environ, "PYTHONPATH": PYTHONPATH, "CRCOLONY_OPEN_NETWORK": "yes"}
 
 Refused = Callable[[str], str]
 """Runs a wrong command line; returns the line with which it is refused."""

@@ -39,7 +39,7 @@ def test_a_port_that_is_in_use_is_named(capsys: pytest.CaptureFixture[str]) -> N
 )
 def test_an_address_that_may_come_later_is_waited_for(words: str, line: str) -> None:
     """It is named, not reported as in use; a signal ends the wait, and that is no error."""
-    with start_command("router", *words.split()) as process:
+    with start_command("router", "--open-network", *words.split()) as process:
         wait_for_line(process, f"waiting for the network: {line}")
         process.terminate()
         assert process.wait(60.0) == 0

@@ -1,1 +1,1 @@
-"""Deployments: the authority that certifies the members of a colony, enrolment, revocation, and what is wrong on a host."""
+"""Deployments: the authority of a colony, enrolment, revocation, what is wrong on a host, metrics, and an audit log."""

@@ -22,6 +22,7 @@ from crcolony.commands.host import add_host
 from crcolony.commands.inspect import add_inspect
 from crcolony.commands.keygen import add_keygen
 from crcolony.commands.launch import add_launch
+from crcolony.commands.metrics import add_metrics
 from crcolony.commands.plot import add_plot
 from crcolony.commands.replay import add_replay
 from crcolony.commands.robot import add_robot
@@ -58,6 +59,7 @@ COMMANDS = (
     ("export", add_export, "export recorded telemetry as Parquet tables"),
     ("top", add_top, "show the robots that are online and their state, live"),
     ("status", add_status, "print the robots that are online and their state, once"),
+    ("metrics", add_metrics, "export the state of colonies as metrics, for Prometheus"),
     ("inspect", add_inspect, "print what is in a robot's file, or in a results folder"),
     ("keygen", add_keygen, "generate a robot's key"),
     ("config", add_config_command, "print all settings, with meaning, unit and range, as TOML"),

@@ -102,6 +102,8 @@ TESTED_ELSEWHERE: dict[str, str] = {
     "crcolony/transport/zenoh_robots.py": "system/test_partitions.py: robots on Zenoh, cut and healed",
     "crcolony/transport/zenoh_samples.py": "system/test_hostile_peers.py: payloads of any size",
     "crcolony_dashboards/live.py": "system/test_dashboard.py: real dashboards of colonies of processes",
+    "crcolony/telemetry/wait_for_states.py": "deploy/test_metrics.py: printed once, of real processes",
+    "crcolony_deploy/metric_families.py": "deploy/test_metrics_exporter.py: the families of an exporter",
     # Layouts of tabs, which say nothing of their own.
     "crcolony_dashboards/tabs/arena_layout.py": "dashboards/tabs/test_colony.py: the tab as a whole",
     "crcolony_dashboards/tabs/measure_lines.py": "dashboards/tabs/test_colony_story.py: lines of charts",
@@ -119,6 +121,7 @@ ABOUT_SEVERAL = [
     "tests/crcolony/storage/test_store_against_model.py",
     "tests/crcolony/test_wrong_input.py",
     "tests/crcolony/world/test_body_contract.py",
+    "tests/deploy/test_monitoring.py",
     "tests/robot_firmware_bridge/aseba/test_driver_faults.py",
     "tests/robot_firmware_bridge/aseba/test_driver_words.py",
     "tests/robot_firmware_bridge/reference_firmware/test_driver_words.py",
@@ -270,7 +273,15 @@ def _is_mirrored(path: Path) -> bool:
 
 def _exists(file: str, name: str | None) -> bool:
     """Tell whether there is a file whose path ends so, and it defines the name."""
-    folders = ("crcolony", "dashboards", "deploy", "docs", "examples", "robot_firmware_bridge", "tests")
+    folders = (
+        "crcolony",
+        "dashboards",
+        "deploy",
+        "docs",
+        "examples",
+        "robot_firmware_bridge",
+        "tests",
+    )
     paths = [path for folder in folders for path in (ROOT / folder).rglob(Path(file).name)]
     paths = [path for path in paths if f"/{path.relative_to(ROOT)}".endswith(f"/{file}")]
     return bool(paths) and (name is None or any(_defines(path, name) for path in paths))

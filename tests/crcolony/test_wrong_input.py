@@ -28,6 +28,7 @@ RUNS = {
     "crcolony.experiments.paper3_survival": ("run_survival",),
     "crcolony.fault_simulation.simulate": ("simulate",),
     "crcolony_dashboards.live": ("run_dashboard",),
+    "crcolony_deploy.metrics": ("print_metrics", "serve_metrics"),
 }
 """What takes long, or has no end: it is not run here when all options are accepted."""
 

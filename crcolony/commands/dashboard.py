@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from crcolony.commands.network_options import add_network, network_of
-from crcolony.commands.options import UsageError, add_examples, check_minutes
+from crcolony.commands.options import UsageError, add_examples, add_log_format, check_minutes
 from crcolony.errors import EXIT_OK
 
 LIVE_PORT = 9876
@@ -50,6 +50,7 @@ def add_dashboard(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-recording", action="store_true", help="do not record")
     parser.add_argument("--minutes", type=float, metavar="M", help="stop after so many minutes")
     add_network(parser)
+    add_log_format(parser, "colony")
     parser.set_defaults(command=_dashboard)
     add_examples(
         parser,

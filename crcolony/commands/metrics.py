@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from crcolony.commands.network_options import add_network, network_of
-from crcolony.commands.options import UsageError, add_examples
+from crcolony.commands.options import UsageError, add_examples, add_log_format
 from crcolony.errors import EXIT_OK
 
 
@@ -31,6 +31,7 @@ def add_metrics(parser: argparse.ArgumentParser) -> None:
         help="time to listen before printing (default 1.5)",
     )
     add_network(parser)
+    add_log_format(parser, "colony")
     parser.set_defaults(command=_metrics)
     add_examples(
         parser,

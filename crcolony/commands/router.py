@@ -3,13 +3,14 @@
 import argparse
 
 from crcolony.commands.network_options import add_network, network_of
-from crcolony.commands.options import UsageError, add_examples
+from crcolony.commands.options import UsageError, add_examples, add_log_format
 from crcolony.errors import EXIT_OK
 
 
 def add_router(parser: argparse.ArgumentParser) -> None:
     """Add the options of `crcolony router`."""
     add_network(parser)
+    add_log_format(parser)
     parser.set_defaults(command=_router)
     add_examples(
         parser,

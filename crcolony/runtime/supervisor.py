@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from crcolony.errors import EXIT_OK, EXIT_WRONG_INPUT
+from crcolony.json_log import message_of
 from crcolony.shutdown import ENDS_WITH_PARENT
 
 _MAX_STARTS = 5
@@ -140,7 +141,7 @@ def _wait_for(children: Sequence[ChildProcess], timeout_s: Callable[[], float]) 
 def dashboard_address(log: Path) -> str | None:
     """Return the address that a dashboard has printed into its log, or None."""
     with contextlib.suppress(OSError):
-        for line in log.read_text("utf-8", "replace").splitlines():
+        for line in map(message_of, log.read_text("utf-8", "replace").splitlines()):
             if "http://" in line and "browser" in line:
                 return line[line.index("http://") :]
     return None
@@ -152,4 +153,4 @@ def last_line(log: Path) -> str:
         lines = log.read_text("utf-8", "replace").strip().splitlines()
     except OSError:
         return "it printed nothing"
-    return lines[-1].removeprefix("crcolony: ") if lines else "it printed nothing"
+    return message_of(lines[-1]) if lines else "it printed nothing"

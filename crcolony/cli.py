@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from crcolony.commands.arena import add_arena
+from crcolony.commands.backup import add_backup
 from crcolony.commands.bridge import add_bridge
 from crcolony.commands.check import add_check
 from crcolony.commands.completion import add_completion
@@ -27,6 +28,7 @@ from crcolony.commands.metrics import add_metrics
 from crcolony.commands.options import UsageError
 from crcolony.commands.plot import add_plot
 from crcolony.commands.replay import add_replay
+from crcolony.commands.restore import add_restore
 from crcolony.commands.robot import add_robot
 from crcolony.commands.router import add_router
 from crcolony.commands.simulate import add_simulate
@@ -64,6 +66,8 @@ COMMANDS = (
     ("status", add_status, "print the robots that are online and their state, once"),
     ("metrics", add_metrics, "export the state of colonies as metrics, for Prometheus"),
     ("inspect", add_inspect, "print what is in a robot's file, or in a results folder"),
+    ("backup", add_backup, "copy robots' folders into an archive, while the robots run"),
+    ("restore", add_restore, "write a backup of robots' folders into a new folder"),
     ("keygen", add_keygen, "generate a robot's key"),
     ("config", add_config_command, "print all settings, with meaning, unit and range, as TOML"),
     ("check", add_check, "validate a config file"),

@@ -9,6 +9,7 @@ CrcolonyError         something outside the program is wrong: a setting, a file,
     OpenFilesError          a process may open too few files        transport.open_files
     DuplicateIdentityError  another robot has the same key          nodes.embodied_robot
     StorageError            a robot's file                          storage.sql
+    BackupError             a backup                                storage.backup_manifest
     StorageFullError        no room for a robot's file              storage.store
     FolderError             a results folder                        storage.files
     EarlierRunError         the run that others begin with          results.earlier_run

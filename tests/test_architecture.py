@@ -48,6 +48,7 @@ TESTED_ELSEWHERE: dict[str, str] = {
     # Parts of the mating state machine, which is explored as a whole.
     "crcolony/protocol/recent_contacts.py": "crcolony/protocol/test_mating.py: contacts and their time",
     "crcolony/protocol/responder_marks.py": "crcolony/protocol/test_mating_recovery.py: stale proposals",
+    "crcolony/storage/backup_manifest.py": "crcolony/storage/test_restore.py: lists that are damaged, or forged",
     # A test itself, run against the simulated body.
     "crcolony/body/contract_test.py": "crcolony/world/test_body_contract.py: it is a test, run there",
     # The parts of a simulated colony, which must break each promise when they are told to.

@@ -36,6 +36,8 @@ NEEDED = {
     "robot": ["--out", "robot"],
     "bridge": ["--robot", "firmware@/dev/none"],
     "keygen": ["key"],
+    "backup": ["folder", "--to", "backup.tar"],
+    "restore": ["file", "--out", "restored"],
     "check": ["file"],
     "completion": ["bash"],
     **{name: ["folder"] for name in ("inspect", "export", "replay", "plot")},

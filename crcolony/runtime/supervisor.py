@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import shutil
 import signal
 import subprocess
 import time
@@ -23,6 +24,8 @@ _SHUTDOWN_TIMEOUT_S = 30.0
 _URGENT_TIMEOUT_S = 5.0
 """The same after a second Ctrl-C."""
 _POLL_S = 0.02
+MAX_LOG_BYTES = 10 * 2**20
+"""A longer log of a process goes on in an empty file; one earlier part of it is kept."""
 DASHBOARD = "dashboard"
 """Name of the process that shows the colony in a browser."""
 
@@ -58,6 +61,16 @@ class ChildProcess:
                 env={**os.environ, ENDS_WITH_PARENT: "1"},
                 start_new_session=True,
             )
+
+    def shorten_log(self) -> None:
+        """Move what a long log holds into `.1` beside it, in place of what was there; the process writes on.
+
+        It writes at the end of the file, wherever that is. What it writes while the file is copied may be lost.
+        """
+        with contextlib.suppress(OSError):  # a full disk: the log goes on as it is
+            if self.log.stat().st_size > MAX_LOG_BYTES:
+                shutil.copyfile(self.log, self.log.with_name(f"{self.log.name}.1"))
+                os.truncate(self.log, 0)
 
     def restart_if_dead(self, now_s: float) -> str | None:
         """Restart the process, after a delay, if it has died; return what happened as text, or None."""

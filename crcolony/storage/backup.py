@@ -2,6 +2,7 @@
 
 import io
 import os
+import re
 import shutil
 import tarfile
 import tempfile
@@ -27,6 +28,7 @@ from crcolony.storage.robot_copy import CopiedRobot, copy_robot_file
 
 SCRATCH = ".crcolony-backup-"
 """The beginning of a folder's name in which a backup is made, beside its archive."""
+_BY_TIME = re.compile(r"crcolony-\d{8}T\d{6}Z\.tar\.gz")
 _SUFFIXES = (".tar", ".tar.gz", ".tgz")
 
 
@@ -56,6 +58,17 @@ def make_backup(folders: Sequence[Path], target: Path, has_keys: bool) -> tuple[
         what = error.filename if error.filename is not None else archive
         raise BackupError(f"{what}: not backed up: {error.strerror}") from None
     return archive, manifest
+
+
+def delete_old_backups(folder: Path, keep: int) -> list[Path]:
+    """Delete all but the newest archives that are called by the time in a folder; return them. Raises BackupError."""
+    old = sorted(path for path in folder.iterdir() if _BY_TIME.fullmatch(path.name))[:-keep]
+    for path in old:
+        try:
+            path.unlink()
+        except OSError as error:
+            raise BackupError(f"{path}: not deleted: {error.strerror}") from None
+    return old
 
 
 def _archive_path(target: Path) -> Path:

@@ -28,3 +28,17 @@ def test_what_is_wrong_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture
     """With the folder and the reason."""
     line = refusal(capsys, "backup", tmp_path, "--to", tmp_path / "b.tar")
     assert line == f"crcolony: {tmp_path}: no robot's folder is there"
+
+
+def test_a_week_of_backups_is_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What is deleted is said; a number that keeps none, and a file, are refused."""
+    make_robot(tmp_path / "robot")
+    (tmp_path / "backups").mkdir()
+    old = tmp_path / "backups/crcolony-20250101T000000Z.tar.gz"
+    old.write_text("")
+    words = ["backup", str(tmp_path / "robot"), "--to", str(tmp_path / "backups"), "--keep"]
+    assert main([*words, "1"]) == 0
+    assert f"{old}: deleted, --keep 1" in capsys.readouterr().out
+    assert len(list((tmp_path / "backups").iterdir())) == 1
+    assert "must be at least 1" in refusal(capsys, *words, "0")
+    assert "--keep needs a folder" in refusal(capsys, *words[:3], tmp_path / "b.tar", "--keep", "1")

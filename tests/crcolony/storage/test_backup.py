@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from crcolony.storage.backup import make_backup
+from crcolony.storage.backup import delete_old_backups, make_backup
 from crcolony.storage.backup_manifest import BackupError
 from crcolony.storage.restore import read_manifest
 from crcolony.storage.sql import StorageError
@@ -139,3 +139,15 @@ def test_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
         with room_for(room), pytest.raises((BackupError, StorageError)):
             make_backup([tmp_path / "robot"], tmp_path / "b.tar", has_keys=True)
         assert left_in(tmp_path) == []
+
+
+def test_old_backups_are_deleted_and_nothing_else(tmp_path: Path) -> None:
+    """The newest stay, and archives that a person has named, and those that are only called alike."""
+    named = [f"crcolony-2026010{day}T000000Z.tar.gz" for day in range(1, 8)]
+    others = ["crcolony-mine.tar.gz", "robot.tar", "crcolony-20250101T000000Z.tar.gz.asc"]
+    for name in (*named, *others):
+        (tmp_path / name).write_text("")
+    deleted = delete_old_backups(tmp_path, keep=3)
+    assert [path.name for path in deleted] == named[:4]
+    assert left_in(tmp_path) == sorted([*named[4:], *others])
+    assert delete_old_backups(tmp_path, keep=3) == []

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from crcolony.commands.arena import add_arena
+from crcolony.commands.audit import add_audit
 from crcolony.commands.backup import add_backup
 from crcolony.commands.bridge import add_bridge
 from crcolony.commands.check import add_check
@@ -68,6 +69,7 @@ COMMANDS = (
     ("inspect", add_inspect, "print what is in a robot's file, or in a results folder"),
     ("backup", add_backup, "copy robots' folders into an archive, while the robots run"),
     ("restore", add_restore, "write a backup of robots' folders into a new folder"),
+    ("audit", add_audit, "check or print the log of what operators did"),
     ("keygen", add_keygen, "generate a robot's key"),
     ("config", add_config_command, "print all settings, with meaning, unit and range, as TOML"),
     ("check", add_check, "validate a config file"),

@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from crcolony.commands.audit_options import add_audit_log, audit_log_of
 from crcolony.commands.options import add_examples
 from crcolony.errors import EXIT_OK
 
@@ -19,6 +20,7 @@ def add_restore(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", type=Path, required=True, metavar="DIR", help="folder, new or empty"
     )
+    add_audit_log(parser)
     parser.set_defaults(command=_restore)
     add_examples(
         parser,
@@ -30,11 +32,18 @@ def add_restore(parser: argparse.ArgumentParser) -> None:
 
 
 def _restore(options: argparse.Namespace) -> int:
+    from crcolony_deploy.audit_log import record_action
+
     from crcolony.shutdown import interrupted_once
     from crcolony.storage.restore import restore_backup
 
+    log = audit_log_of(options)
     with interrupted_once():
         manifest = restore_backup(options.archive, options.out)
+    ids = " ".join(robot.id[:8] for robot in manifest.robots)
+    record_action(
+        log, "restore", archive=options.archive, folder=options.out.absolute(), robots=ids
+    )
     for robot in manifest.robots:
         print(_describe(robot, options.out))
     made = time.strftime("%Y-%m-%d %H:%M:%S UTC", time.gmtime(manifest.unix_s))

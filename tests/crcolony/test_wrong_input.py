@@ -36,6 +36,7 @@ NEEDED = {
     "robot": ["--out", "robot"],
     "bridge": ["--robot", "firmware@/dev/none"],
     "keygen": ["key"],
+    "audit": ["verify", "file"],
     "backup": ["folder", "--to", "backup.tar"],
     "restore": ["file", "--out", "restored"],
     "check": ["file"],

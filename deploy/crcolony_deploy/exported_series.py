@@ -54,11 +54,14 @@ class ExportedSeries(Generic[Name]):
     def update(self, online: Iterable[Name], unix_s: float) -> None:
         """Give a place to those that are online now, as far as there is one."""
         self.omitted = set()
+        has_room = self._is_open
         for name in online:
             entry = self._entries.get(name)
             if entry is not None:
                 entry.online_s = unix_s
-            elif self._is_open and self._has_room(unix_s):
+                continue
+            has_room = has_room and self._has_room(unix_s)  # looked for once, not for each of many
+            if has_room:
                 self._add(name, unix_s)
             else:
                 self.omitted.add(name)

@@ -1,6 +1,7 @@
 """The command line `crcolony`. Commands import heavy modules only when they run, so that `--help` answers at once."""
 
 import argparse
+import contextlib
 import errno
 import os
 import re
@@ -9,7 +10,9 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from crcolony.commands.arena import add_arena
+from crcolony.commands.audit import add_audit
 from crcolony.commands.authority import add_authority
+from crcolony.commands.backup import add_backup
 from crcolony.commands.bridge import add_bridge
 from crcolony.commands.check import add_check
 from crcolony.commands.completion import add_completion
@@ -24,8 +27,11 @@ from crcolony.commands.host import add_host
 from crcolony.commands.inspect import add_inspect
 from crcolony.commands.keygen import add_keygen
 from crcolony.commands.launch import add_launch
+from crcolony.commands.metrics import add_metrics
+from crcolony.commands.options import UsageError
 from crcolony.commands.plot import add_plot
 from crcolony.commands.replay import add_replay
+from crcolony.commands.restore import add_restore
 from crcolony.commands.robot import add_robot
 from crcolony.commands.router import add_router
 from crcolony.commands.simulate import add_simulate
@@ -41,6 +47,7 @@ from crcolony.errors import (
     FatalStorageError,
     did_you_mean,
 )
+from crcolony.json_log import FORMATS, LOG_FORMAT, JsonLines, json_output
 from crcolony.shutdown import end_with_parent
 from crcolony.terminal import one_line, standard_streams
 
@@ -62,7 +69,11 @@ COMMANDS = (
     ("export", add_export, "export recorded telemetry as Parquet tables"),
     ("top", add_top, "show the robots that are online and their state, live"),
     ("status", add_status, "print the robots that are online and their state, once"),
+    ("metrics", add_metrics, "export the state of colonies as metrics, for Prometheus"),
     ("inspect", add_inspect, "print what is in a robot's file, or in a results folder"),
+    ("backup", add_backup, "copy robots' folders into an archive, while the robots run"),
+    ("restore", add_restore, "write a backup of robots' folders into a new folder"),
+    ("audit", add_audit, "check or print the log of what operators did"),
     ("keygen", add_keygen, "generate a robot's key"),
     ("config", add_config_command, "print all settings, with meaning, unit and range, as TOML"),
     ("check", add_check, "validate a config file"),
@@ -71,17 +82,42 @@ COMMANDS = (
 )
 
 
+LOGGING = ("launch", "arena", "robot", "bridge", "host", "router", "dashboard", "metrics")
+"""Commands that run for long, and whose output can be JSON."""
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code (see `crcolony.errors`); a CrcolonyError is printed in one line."""
     end_with_parent()
-    with standard_streams() as streams:
-        code = _run(arguments)
-    if streams.error is None or code != EXIT_OK:
-        return code
-    if isinstance(streams.error, BrokenPipeError):
-        return EXIT_UNREAD
-    _print_error(f"standard output: {streams.error.strerror}")
-    return EXIT_WRONG_INPUT
+    words = sys.argv[1:] if arguments is None else list(arguments)
+    with standard_streams() as streams, _output(words):
+        code = _run(words)
+        with contextlib.suppress(BrokenPipeError):
+            sys.stdout.flush()
+        if streams.error is None or code != EXIT_OK:
+            return code
+        if isinstance(streams.error, BrokenPipeError):
+            return EXIT_UNREAD
+        _print_error(f"standard output: {streams.error.strerror}")
+        return EXIT_WRONG_INPUT
+
+
+def _output(words: list[str]) -> contextlib.AbstractContextManager[None]:
+    """Return the context in which a command prints: errors of its options must be JSON too, if that is asked for."""
+    command = words[0] if words else ""
+    if command in LOGGING and _log_format(words) == "json":
+        return json_output(command)
+    return contextlib.nullcontext()
+
+
+def _log_format(words: list[str]) -> str | None:
+    option = argparse.ArgumentParser(add_help=False, exit_on_error=False)
+    option.add_argument("--log-format")
+    try:
+        found: str | None = option.parse_known_args(words)[0].log_format
+    except argparse.ArgumentError:  # it has no value, which is reported later
+        found = None
+    return found or os.environ.get(LOG_FORMAT)
 
 
 def _run(arguments: Sequence[str] | None) -> int:
@@ -92,6 +128,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         argcomplete.autocomplete(parser)
     try:
         options = parser.parse_args(arguments)
+        _prepare_output(options)
         code: int = options.command(options)
     except SystemExit as ended:  # argparse's own way, after --help and for wrong options
         return int(ended.code or EXIT_OK)
@@ -117,6 +154,18 @@ def _run(arguments: Sequence[str] | None) -> int:
         _print_error(f"{error.filename}: {error.strerror}")
         return EXIT_WRONG_INPUT
     return code
+
+
+def _prepare_output(options: argparse.Namespace) -> None:
+    """Check the format of the output where there is one, and add to JSON which process it is."""
+    if not hasattr(options, "log_format"):
+        return
+    asked = os.environ.get(LOG_FORMAT) or FORMATS[0]
+    if options.log_format is None and asked not in FORMATS:
+        raise UsageError(f"{LOG_FORMAT}={asked}: must be {' or '.join(FORMATS)}")
+    if isinstance(sys.stdout, JsonLines):
+        names = {name: getattr(options, name) for name in options.log_names}
+        sys.stdout.log.names.update({name: text for name, text in names.items() if text != "*"})
 
 
 def _print_error(message: str) -> None:

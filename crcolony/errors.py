@@ -9,6 +9,7 @@ CrcolonyError         something outside the program is wrong: a setting, a file,
     OpenFilesError          a process may open too few files        transport.open_files
     DuplicateIdentityError  another robot has the same key          nodes.embodied_robot
     StorageError            a robot's file                          storage.sql
+    BackupError             a backup                                storage.backup_manifest
     StorageFullError        no room for a robot's file              storage.store
     FolderError             a results folder                        storage.files
     EarlierRunError         the run that others begin with          results.earlier_run
@@ -19,6 +20,8 @@ CrcolonyError         something outside the program is wrong: a setting, a file,
     WorkerError             a worker of a sweep                     experiments.worker_processes
     PlotError               figures                                 results.plots.conditions
     DashboardError          the dashboard                           crcolony_dashboards
+    AuditError              the audit log                           crcolony_deploy.audit_log
+    MetricsError            where metrics are served                crcolony_deploy.metrics_server
     DeviceError             an attached robot                       crcolony_bridge
 FatalStorageError     it is unknown what is on the disk: the process ends, and starts again from there. Exit code 3
 """
@@ -32,7 +35,7 @@ EXIT_WRONG_INPUT = 2
 EXIT_FATAL = 3
 """A FatalStorageError."""
 EXIT_VIOLATED = 4
-"""`simulate` found that a promise was not kept."""
+"""`simulate` found that a promise was not kept, or `audit` that a log was changed."""
 EXIT_NOT_CONFIRMED = 5
 """`estop` has no confirmation of some robot."""
 EXIT_INTERRUPTED = 130

@@ -23,6 +23,7 @@ EVERYWHERE = {
     "compile_progress",
     "compiled",
     "errors",
+    "json_log",
     "randomness",
     "rate_limit",
     "shutdown",

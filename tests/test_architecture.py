@@ -48,6 +48,7 @@ TESTED_ELSEWHERE: dict[str, str] = {
     # Parts of the mating state machine, which is explored as a whole.
     "crcolony/protocol/recent_contacts.py": "crcolony/protocol/test_mating.py: contacts and their time",
     "crcolony/protocol/responder_marks.py": "crcolony/protocol/test_mating_recovery.py: stale proposals",
+    "crcolony/storage/backup_manifest.py": "crcolony/storage/test_restore.py: lists that are damaged, or forged",
     # A test itself, run against the simulated body.
     "crcolony/body/contract_test.py": "crcolony/world/test_body_contract.py: it is a test, run there",
     # The parts of a simulated colony, which must break each promise when they are told to.
@@ -107,6 +108,8 @@ TESTED_ELSEWHERE: dict[str, str] = {
     "crcolony/transport/zenoh_robots.py": "system/test_partitions.py: robots on Zenoh, cut and healed",
     "crcolony/transport/zenoh_samples.py": "system/test_hostile_peers.py: payloads of any size",
     "crcolony_dashboards/live.py": "system/test_dashboard.py: real dashboards of colonies of processes",
+    "crcolony/telemetry/wait_for_states.py": "deploy/test_metrics.py: printed once, of real processes",
+    "crcolony_deploy/metric_families.py": "deploy/test_metrics_exporter.py: the families of an exporter",
     # Layouts of tabs, which say nothing of their own.
     "crcolony_dashboards/tabs/arena_layout.py": "dashboards/tabs/test_colony.py: the tab as a whole",
     "crcolony_dashboards/tabs/measure_lines.py": "dashboards/tabs/test_colony_story.py: lines of charts",
@@ -125,6 +128,7 @@ ABOUT_SEVERAL = [
     "tests/crcolony/test_wrong_input.py",
     "tests/crcolony/world/test_body_contract.py",
     "tests/deploy/test_enrollment.py",
+    "tests/deploy/test_monitoring.py",
     "tests/robot_firmware_bridge/aseba/test_driver_faults.py",
     "tests/robot_firmware_bridge/aseba/test_driver_words.py",
     "tests/robot_firmware_bridge/reference_firmware/test_driver_words.py",

@@ -15,6 +15,7 @@ from crcolony.commands.options import (
     UsageError,
     add_config,
     add_examples,
+    add_log_format,
     load_config,
     settings_of,
 )
@@ -41,6 +42,7 @@ def add_arena(parser: argparse.ArgumentParser) -> None:
     )
     add_clock(parser)
     add_network(parser)
+    add_log_format(parser, "arena")
     parser.set_defaults(command=_arena, colony="colony")
     add_examples(
         parser,

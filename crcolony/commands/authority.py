@@ -155,6 +155,7 @@ def _invite(options: argparse.Namespace) -> int:
         book = InvitationBook(options.folder)
         pin = book.invite(options.role, options.name, time.time(), 60.0 * options.minutes)
         fingerprint = fingerprint_of(authority.identity.public_key)
+        authority.record("invite", member=f"{options.role}.{options.name}")
     print(f"invitation for {options.role}.{options.name}, {options.minutes:g} minutes, shown once:")
     key = " --key FILE" if options.role in ("robot", "host") else ""
     arena = " --arena NAME" if options.role in ("arena", "bridge", "host") else ""

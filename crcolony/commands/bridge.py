@@ -5,7 +5,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from crcolony.commands.network_options import NAME_RULE, add_network, check_names, network_of
-from crcolony.commands.options import UsageError, add_examples
+from crcolony.commands.options import UsageError, add_examples, add_log_format
 from crcolony.errors import EXIT_OK, CrcolonyError
 from crcolony.shutdown import interrupted_once
 
@@ -61,6 +61,7 @@ def add_bridge(parser: argparse.ArgumentParser) -> None:
         )
     by_hand.add_argument("--seconds", type=float, default=2.0, metavar="S", help="default 2")
     add_network(parser)
+    add_log_format(parser, "arena")
     parser.set_defaults(command=_bridge, colony="colony")
     add_examples(
         parser,

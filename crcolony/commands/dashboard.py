@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from crcolony.commands.network_options import add_network, network_of
-from crcolony.commands.options import UsageError, add_examples, check_minutes
+from crcolony.commands.options import UsageError, add_examples, add_log_format, check_minutes
 from crcolony.errors import EXIT_OK
 
 LIVE_PORT = 9876
@@ -48,8 +48,15 @@ def add_dashboard(parser: argparse.ArgumentParser) -> None:
         help="folder of the recording; default: that of the colony if it is in runs, else the next free runs/N",
     )
     parser.add_argument("--no-recording", action="store_true", help="do not record")
+    parser.add_argument(
+        "--keep-hours",
+        type=float,
+        metavar="H",
+        help="for weeks: keep poses and states for so many hours, events for good, and no .rrd",
+    )
     parser.add_argument("--minutes", type=float, metavar="M", help="stop after so many minutes")
     add_network(parser)
+    add_log_format(parser, "colony")
     parser.set_defaults(command=_dashboard)
     add_examples(
         parser,
@@ -68,6 +75,10 @@ def _dashboard(options: argparse.Namespace) -> int:
     check_minutes(options.minutes)
     if options.no_recording and options.out is not None:
         raise UsageError("--no-recording cannot be used with --out")
+    if options.keep_hours is not None and not 0.0 < options.keep_hours <= 87_600.0:
+        raise UsageError(
+            f"--keep-hours {options.keep_hours:g}: must be above 0 and at most 10 years"
+        )
     from crcolony_dashboards.live import DashboardOptions, run_dashboard
 
     from crcolony.storage.claimed_folder import check_folder, make_numbered_folder
@@ -86,6 +97,7 @@ def _dashboard(options: argparse.Namespace) -> int:
             native=options.native,
             agent=options.agent,
             minutes=options.minutes,
+            keep_s=3600.0 * options.keep_hours if options.keep_hours is not None else None,
         )
     )
     return EXIT_OK

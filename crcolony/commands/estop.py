@@ -2,11 +2,13 @@
 
 import argparse
 import re
+import sys
 from typing import TYPE_CHECKING
 
+from crcolony.commands.audit_options import add_audit_log, audit_log_of
 from crcolony.commands.network_options import NAME_RULE, add_network, network_of
 from crcolony.commands.options import UsageError, add_examples
-from crcolony.errors import EXIT_NOT_CONFIRMED, EXIT_OK
+from crcolony.errors import EXIT_NOT_CONFIRMED, EXIT_OK, CrcolonyError
 
 if TYPE_CHECKING:
     from crcolony.runtime.emergency_stop import StopResult
@@ -24,6 +26,7 @@ def add_estop(parser: argparse.ArgumentParser) -> None:
         "--clear", type=int, metavar="LATCH", help="release the bodies of the stop with this number"
     )
     add_network(parser)
+    add_audit_log(parser)
     parser.set_defaults(command=_estop)
     add_examples(
         parser,
@@ -42,9 +45,30 @@ def _estop(options: argparse.Namespace) -> int:
     result = stop_robots(network_of(options), options.arena, options.clear)
     for line in _lines(result, "stopped" if options.clear is None else "released"):
         print(line)
+    _record(options, result)
     robots = [robot for reply in result.replies for robot in reply.robots]
     is_complete = robots and all(robot.confirmed for robot in robots) and not result.silent
     return EXIT_OK if is_complete else EXIT_NOT_CONFIRMED
+
+
+def _record(options: argparse.Namespace, result: "StopResult") -> None:
+    """Record a stop or a release that has been carried out; trouble with the log is said, and changes nothing else."""
+    from crcolony_deploy.audit_log import record_action
+
+    robots = [robot for reply in result.replies for robot in reply.robots]
+    latches = sorted({reply.latch for reply in result.replies if reply.latch})
+    try:
+        record_action(
+            audit_log_of(options),
+            "stop" if options.clear is None else "release",
+            arena=options.arena,
+            latch=" ".join(map(str, latches)) if options.clear is None else options.clear,
+            confirmed=sum(robot.count for robot in robots if robot.confirmed),
+            bodies=sum(robot.count for robot in robots),
+            silent=len(result.silent),
+        )
+    except CrcolonyError as error:  # what counts is that the robots stand still
+        print(f"crcolony: {error}", file=sys.stderr)
 
 
 def _lines(result: "StopResult", done: str) -> list[str]:

@@ -12,7 +12,7 @@ from crcolony.commands.network_options import (
     network_of,
     wall_period_s,
 )
-from crcolony.commands.options import add_config, add_examples, add_no_plots
+from crcolony.commands.options import add_config, add_examples, add_log_format, add_no_plots
 from crcolony.errors import EXIT_OK
 
 
@@ -40,6 +40,7 @@ def add_host(parser: argparse.ArgumentParser) -> None:
     add_no_plots(parser)
     add_clock(parser)
     add_network(parser)
+    add_log_format(parser, "colony", "arena")
     parser.set_defaults(command=_host)
     add_examples(
         parser,

@@ -16,6 +16,7 @@ from crcolony.commands.options import (
     UsageError,
     add_config,
     add_examples,
+    add_log_format,
     add_no_plots,
 )
 
@@ -52,6 +53,7 @@ def add_launch(parser: argparse.ArgumentParser) -> None:
     add_no_plots(parser)
     add_clock(parser)
     add_network(parser)
+    add_log_format(parser, "colony", "arena")
     parser.set_defaults(command=_launch)
     add_examples(
         parser,

@@ -55,6 +55,17 @@ def add_examples(parser: argparse.ArgumentParser, *examples: tuple[str, str]) ->
     parser.epilog = f"examples:{lines}"
 
 
+def add_log_format(parser: argparse.ArgumentParser, *names: str) -> None:
+    """Add the option for how a long-running command prints; `names` are options that say which process it is."""
+    parser.add_argument(
+        "--log-format",
+        choices=("lines", "json"),
+        help="print lines for people, or JSON objects, one a line; default: lines, or the"
+        " environment variable CRCOLONY_LOG_FORMAT",
+    )
+    parser.set_defaults(log_names=names)
+
+
 def settings_of(options: argparse.Namespace) -> list[str]:
     """Return all options that are settings as `key=value`, those of --set last."""
     named = [

@@ -9,6 +9,7 @@ from crcolony.commands.options import (
     UsageError,
     add_config,
     add_examples,
+    add_log_format,
     load_config,
     settings_of,
 )
@@ -51,6 +52,7 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
         help="time between two snapshots (default 10)",
     )
     add_network(parser)
+    add_log_format(parser, "colony", "arena")
     parser.set_defaults(command=_robot)
     add_examples(
         parser,

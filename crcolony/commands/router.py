@@ -3,7 +3,7 @@
 import argparse
 
 from crcolony.commands.network_options import add_network, network_of
-from crcolony.commands.options import UsageError, add_examples
+from crcolony.commands.options import UsageError, add_examples, add_log_format
 from crcolony.errors import EXIT_OK
 
 
@@ -15,6 +15,7 @@ def add_router(parser: argparse.ArgumentParser) -> None:
         help="print Zenoh's configuration, for a router of another make (zenohd), and exit",
     )
     add_network(parser)
+    add_log_format(parser)
     parser.set_defaults(command=_router)
     add_examples(
         parser,

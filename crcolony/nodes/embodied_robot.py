@@ -96,7 +96,7 @@ class EmbodiedRobot:
     def report_fault(self, what: str) -> None:
         """Count, publish and print a fault of the outside."""
         self.node.report_fault(what)
-        self._process.print_line(what)
+        self._process.print_warning(what)
 
     @property
     def is_done(self) -> bool:

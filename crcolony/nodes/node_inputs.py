@@ -69,3 +69,5 @@ class ProcessCallbacks:
     print_line: Callable[[str], None] = _ignore_line
     count_dropped: Callable[[], int] = lambda: 0
     """Returns how many inbound events were discarded"""
+    print_warning: Callable[[str], None] = _ignore_line
+    """Receives faults of the outside"""

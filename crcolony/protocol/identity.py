@@ -147,6 +147,11 @@ class AllowList:
     def __contains__(self, robot: RobotId) -> bool:
         return self._robots is None or robot in self._robots
 
+    @property
+    def listed(self) -> frozenset[RobotId] | None:
+        """The robots that are listed; None: all are allowed."""
+        return self._robots
+
     @classmethod
     def load(cls, path: Path) -> "AllowList":
         """Read a file with one robot id (32 hex digits) a line; `#` starts a comment; raise IdentityError."""

@@ -13,6 +13,7 @@ from urllib.parse import quote
 
 from crcolony.recordings.disk_space import check_room
 from crcolony.recordings.downsampling import Downsampler
+from crcolony.recordings.retention import Retention
 from crcolony.recordings.telemetry_schema import (
     KINDS,
     SampleQuery,
@@ -47,8 +48,10 @@ class RecordingInUseError(TelemetryError):
 class TelemetryFile:
     """Records samples, for one thread; `commit` is to be called about once a second."""
 
-    def __init__(self, path: Path, database: sqlite3.Connection, lock: int) -> None:
-        self.path, self._lock = path, lock
+    def __init__(
+        self, path: Path, database: sqlite3.Connection, lock: int, retention: Retention | None
+    ) -> None:
+        self.path, self._lock, self._retention = path, lock, retention
         self._database: sqlite3.Connection | None = database
         self._queue = BoundedQueue[RawSample](_MAX_BYTES // _ROW_BYTES, _MAX_BYTES)
         self._downsampler = Downsampler(SCENE_BYTES_PER_S)
@@ -59,10 +62,12 @@ class TelemetryFile:
         return self._queue.dropped
 
     @classmethod
-    def open(cls, path: Path) -> "TelemetryFile":
+    def open(cls, path: Path, retention: Retention | None = None) -> "TelemetryFile":
         """Create a file, or continue one; raises TelemetryError if it is no telemetry file or cannot be written.
 
         RecordingInUseError if another process records into it.
+        Without `retention` it keeps everything.
+
         Robots and arenas that were online when an earlier recording ended are recorded as offline first.
         """
         try:
@@ -75,7 +80,7 @@ class TelemetryFile:
         except StorageError as error:
             raise TelemetryError(str(error)) from None
         try:
-            return cls(path, cls._connect(path), lock)
+            return cls(path, cls._connect(path), lock, retention)
         except TelemetryError:
             os.close(lock)
             raise
@@ -116,6 +121,8 @@ class TelemetryFile:
             check_room(self.path.parent)
             with self._database as database:
                 insert_samples(database, samples)
+                if self._retention is not None and samples:
+                    self._retention.delete_old(database, samples[-1].unix_ms)
         except (OSError, sqlite3.Error) as error:
             self._end()
             return f"{self.path}: not recorded any more: {_format_error(error)}"

@@ -1,5 +1,8 @@
 """What a process prints for its user."""
 
+import sys
+
+from crcolony.json_log import JsonLines
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import EncounterOutcome, Exchanged, RobotEvent
 from crcolony.telemetry.event_text import format_event
@@ -8,6 +11,20 @@ from crcolony.telemetry.event_text import format_event
 def print_line(line: str) -> None:
     """Print a line at once."""
     print(line, flush=True)
+
+
+def print_warning(line: str) -> None:
+    """Print a line about something that is wrong, though the process goes on; as JSON it has that level."""
+    if isinstance(sys.stdout, JsonLines):
+        sys.stdout.write_line(line, "warning")
+    else:
+        print_line(line)
+
+
+def name_process(**names: str) -> None:
+    """Add who this process is, as robot or arena, to all that it prints from now on, where that is JSON."""
+    if isinstance(sys.stdout, JsonLines):
+        sys.stdout.log.names.update(names)
 
 
 def print_event(robot: RobotId, event: RobotEvent) -> None:

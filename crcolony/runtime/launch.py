@@ -122,6 +122,7 @@ class _Supervisor:
         """Restart processes that have died; return whether to stop, or whether too many have ended for good."""
         now_s = time.monotonic()
         for child in self._children:
+            child.shorten_log()
             line = child.restart_if_dead(now_s) or _new_address(child, self._addresses)
             if line:
                 self.print(line)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from crcolony.nodes.embodied_robot import EmbodiedRobot
 from crcolony.nodes.node_inputs import EmbodimentOptions, ProcessCallbacks
 from crcolony.nodes.robot_node import RobotNode
+from crcolony.runtime.console import print_warning
 from crcolony.transport.connection import Connection
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.interface import NetworkError
@@ -30,7 +31,9 @@ class RobotProcess:
         self._node, self._transport, self._inbox = node, transport, inbox
         self._connection, self._print_line = connection, print_line
         self._is_stopped: Callable[[], bool] = lambda: False
-        callbacks = ProcessCallbacks(self._reconnect, print_line, lambda: inbox.dropped)
+        callbacks = ProcessCallbacks(
+            self._reconnect, print_line, lambda: inbox.dropped, print_warning
+        )
         self._robot = EmbodiedRobot(node, transport, options, callbacks)
 
     def run(self, is_stopped: Callable[[], bool]) -> None:

@@ -21,7 +21,7 @@ from crcolony.robot.factory import make_robots, own_streams
 from crcolony.robot.robot import Robot
 from crcolony.robot.state import Robots
 from crcolony.robot.step import step_robots
-from crcolony.runtime.console import print_line
+from crcolony.runtime.console import print_line, print_warning
 from crcolony.runtime.host_process import HostProcess
 from crcolony.runtime.hosted_robots import HostedRobots
 from crcolony.runtime.networked_arena import NetworkedArena, restore_arena
@@ -71,7 +71,7 @@ def run_host(options: HostOptions, opened_folder: ColonyFolder) -> None:
     folders = [opened_folder.prepare_robot(number) for number in range(options.count)]
     identities = [_load_identity(robot_folder) for robot_folder in folders]
     if warning := key_warning(folders[0] / KEY_FILE):
-        print_line(warning)
+        print_warning(warning)
     ids = [identity.id for identity in identities]
     batch, parameters, robots = make_robots(
         config, [one.hex() for one in ids], own_streams(ids), opened_folder.founders

@@ -17,7 +17,7 @@ from crcolony.protocol.identity import AllowList, RobotId, create_key, key_warni
 from crcolony.results.colony_folder import begin_robot_folder
 from crcolony.robot.factory import make_robots, numbered_streams, own_streams
 from crcolony.robot.genes import agent_schema
-from crcolony.runtime.console import print_event, print_line
+from crcolony.runtime.console import name_process, print_event, print_line, print_warning
 from crcolony.runtime.robot_process import RobotProcess
 from crcolony.runtime.startup_report import StartupReport
 from crcolony.runtime.warm_up import warm_up
@@ -66,8 +66,9 @@ def run_robot(options: RobotOptions) -> None:
     check_folder(options.folder, "robot")
     key = options.key or options.folder / KEY_FILE
     identity = load_key(key) if key.exists() or options.key else create_key(key)
+    name_process(robot=identity.id.hex())
     if warning := key_warning(key):
-        print_line(warning)
+        print_warning(warning)
     allow = AllowList.load(options.allow) if options.allow else AllowList()
     config, number = options.config, max(options.number, 0)
     streams = (

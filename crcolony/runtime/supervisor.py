@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import shutil
 import signal
 import subprocess
 import time
@@ -11,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from crcolony.errors import EXIT_OK, EXIT_WRONG_INPUT
+from crcolony.json_log import message_of
 from crcolony.shutdown import ENDS_WITH_PARENT
 
 _MAX_STARTS = 5
@@ -22,6 +24,8 @@ _SHUTDOWN_TIMEOUT_S = 30.0
 _URGENT_TIMEOUT_S = 5.0
 """The same after a second Ctrl-C."""
 _POLL_S = 0.02
+MAX_LOG_BYTES = 10 * 2**20
+"""A longer log of a process goes on in an empty file; one earlier part of it is kept."""
 DASHBOARD = "dashboard"
 """Name of the process that shows the colony in a browser."""
 
@@ -57,6 +61,16 @@ class ChildProcess:
                 env={**os.environ, ENDS_WITH_PARENT: "1"},
                 start_new_session=True,
             )
+
+    def shorten_log(self) -> None:
+        """Move what a long log holds into `.1` beside it, in place of what was there; the process writes on.
+
+        It writes at the end of the file, wherever that is. What it writes while the file is copied may be lost.
+        """
+        with contextlib.suppress(OSError):  # a full disk: the log goes on as it is
+            if self.log.stat().st_size > MAX_LOG_BYTES:
+                shutil.copyfile(self.log, self.log.with_name(f"{self.log.name}.1"))
+                os.truncate(self.log, 0)
 
     def restart_if_dead(self, now_s: float) -> str | None:
         """Restart the process, after a delay, if it has died; return what happened as text, or None."""
@@ -140,7 +154,7 @@ def _wait_for(children: Sequence[ChildProcess], timeout_s: Callable[[], float]) 
 def dashboard_address(log: Path) -> str | None:
     """Return the address that a dashboard has printed into its log, or None."""
     with contextlib.suppress(OSError):
-        for line in log.read_text("utf-8", "replace").splitlines():
+        for line in map(message_of, log.read_text("utf-8", "replace").splitlines()):
             if "http://" in line and "browser" in line:
                 return line[line.index("http://") :]
     return None
@@ -152,4 +166,4 @@ def last_line(log: Path) -> str:
         lines = log.read_text("utf-8", "replace").strip().splitlines()
     except OSError:
         return "it printed nothing"
-    return lines[-1].removeprefix("crcolony: ") if lines else "it printed nothing"
+    return message_of(lines[-1]) if lines else "it printed nothing"

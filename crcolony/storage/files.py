@@ -49,6 +49,15 @@ def replace_file(path: Path, write: Callable[[BinaryIO], object]) -> None:
         draft.unlink(missing_ok=True)
 
 
+def sync_folder(folder: Path) -> None:
+    """Wait until the names in a folder are on the disk; raises OSError."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
 def existing_robot_file(path: Path) -> Path:
     """Return the path of a robot's file: under its former name, if it exists under that name alone."""
     former = path.with_name(FORMER_ROBOT_FILE)

@@ -19,22 +19,17 @@ from crcolony.telemetry.notices import format_arena_change, notices
 from crcolony.telemetry.robot_status import ArenaStatus, RobotStatus
 from crcolony.telemetry.status_changes import ArenaChanged
 from crcolony.telemetry.subscriber import TelemetrySubscriber
+from crcolony.telemetry.wait_for_states import wait_for_states
 from crcolony.terminal import plain_console
 from crcolony.transport.close_session import closing
-from crcolony.transport.connection_check import reasons_unreachable
-from crcolony.transport.interface import NetworkError
 from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.wait_for_network import open_connection
-from crcolony.transport.zenoh_session import has_links, open_session
+from crcolony.transport.zenoh_session import open_session
 
 _REFRESH_S = 0.25
 """Between two updates of the table."""
 _PLAIN_LINES_S = 5.0
 """Between two lines where the output is no terminal."""
-_POLL_S = 0.05
-"""Between two polls of `crcolony status`."""
-_DISCOVERY_S = 0.7
-"""So long `crcolony status` waits for further robots, at least."""
 _TABLE_WIDTH = 110
 """Of a table where the output is no terminal."""
 _ORDER = (
@@ -203,20 +198,7 @@ def run_status(network: NetworkSettings, colony: str, seconds: float, as_json: b
     """
     with closing(open_session(network)) as session:
         subscriber = TelemetrySubscriber(session, colony)
-        end_s = time.monotonic() + seconds
-        settled_s = time.monotonic() + min(seconds, _DISCOVERY_S)
-        pause = threading.Event()
-        while time.monotonic() < end_s:
-            pause.wait(_POLL_S)
-            subscriber.poll()
-            robots = subscriber.monitor.alive
-            is_complete = bool(robots) and all(status.state for status in robots)
-            if is_complete and time.monotonic() > settled_s:
-                break
-        subscriber.poll()
-        problems = [] if has_links(session) else reasons_unreachable(network.connect)
-        if problems and not subscriber.monitor.robots and not subscriber.monitor.arenas:
-            raise NetworkError("; ".join(problems))
+        problems = wait_for_states(session, subscriber, network, seconds)
         if as_json:
             print(json.dumps(as_dict(subscriber.monitor, time.time()), indent=2))
         else:

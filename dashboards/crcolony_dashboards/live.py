@@ -58,6 +58,8 @@ class DashboardOptions:
     """The agent whose potentials are drawn; empty for the best one"""
     minutes: float | None = None
     """Stop after this time; None for never"""
+    keep_s: float | None = None
+    """How long poses and states are kept in the recording; None for ever"""
 
 
 def run_dashboard(options: DashboardOptions) -> None:
@@ -69,7 +71,7 @@ def run_dashboard(options: DashboardOptions) -> None:
         connection = stack.enter_context(open_connection(options.network, should_stop, _print_line))
         if connection is None:
             return
-        recording = Recording(f"crcolony-{uuid.uuid4().hex[:8]}")
+        recording = Recording(f"crcolony-{uuid.uuid4().hex[:8]}", options.keep_s)
         subscriber = TelemetrySubscriber(
             connection.session,
             options.colony,

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from crcolony.recordings.retention import Retention
 from crcolony.recordings.telemetry_file import TELEMETRY_FILE, RecordingInUseError, TelemetryFile
 from crcolony.telemetry.samples import RawSample
 from crcolony_dashboards.rrd_file import MAX_BYTES, RrdFile, open_rrd, optimize_rrd
@@ -21,9 +22,13 @@ _MAX_WAITING = 10_000
 
 
 class Recording:
-    """A telemetry file and an .rrd; a folder that another dashboard records into is left alone."""
+    """A telemetry file and an .rrd; a folder that another dashboard records into is left alone.
 
-    def __init__(self, run: str) -> None:
+    With `keep_s` states and poses are kept for so long, and there is no .rrd: of that nothing can be deleted.
+    """
+
+    def __init__(self, run: str, keep_s: float | None = None) -> None:
+        self._keep_s = keep_s
         self.run = run
         """The id of the recording"""
         self.rrd: RrdFile | None = None
@@ -43,12 +48,15 @@ class Recording:
         """Open the recording in a folder; return what to print. Raises TelemetryError, DashboardError."""
         self.is_decided = True
         try:
-            self._telemetry = TelemetryFile.open(folder / TELEMETRY_FILE)
+            retention = Retention(self._keep_s) if self._keep_s is not None else None
+            self._telemetry = TelemetryFile.open(folder / TELEMETRY_FILE, retention)
         except RecordingInUseError:
             self._waiting.clear()
             return f"another dashboard records into {folder}: not recorded twice"
         while self._waiting:
             self._telemetry.add(self._waiting.popleft())
+        if self._keep_s is not None:
+            return f"recorded into {folder}: events for good, the rest for {self._keep_s / 3600.0:g} hours"
         self.rrd = open_rrd(unused_path(folder / RRD_FILE), self.run, blueprint)
         return f"recorded into {folder}"
 

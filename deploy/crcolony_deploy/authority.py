@@ -22,6 +22,7 @@ from crcolony.protocol.identity import Identity, create_key, load_key
 from crcolony.protocol.roster import Member, Roster, open_roster, sign_roster
 from crcolony.storage.files import make_folder, replace_file
 from crcolony.transport.credentials import MemberRecord
+from crcolony_deploy.audit_log import AuditLog, record_action
 from crcolony_deploy.certificates import authority_certificate, sign_request
 from crcolony_deploy.membership_request import Grant, MembershipRequest, check_request, conflicts
 
@@ -29,6 +30,8 @@ KEY_FILE = "authority.key"
 """The secret key of the deployment: who has it can admit anybody."""
 CERTIFICATE_FILE = "authority.pem"
 ROSTER_FILE = "roster"
+AUDIT_FILE = "audit.jsonl"
+"""What was done with the authority, signed by its key (`crcolony audit`)."""
 SETTINGS_FILE = "authority.json"
 
 DEFAULT_LIFETIME_H = 24.0
@@ -87,7 +90,9 @@ class Authority:
         _write(folder / SETTINGS_FILE, msgspec.json.format(msgspec.json.encode(settings)) + b"\n")
         roster = Roster(settings.colony, 1, ())
         _write(folder / ROSTER_FILE, sign_roster(roster, Identity(seed)))
-        return cls(folder, settings, Identity(seed), seed, certificate, roster)
+        made = cls(folder, settings, Identity(seed), seed, certificate, roster)
+        made.record("create", colony=settings.colony)
+        return made
 
     @classmethod
     @contextlib.contextmanager
@@ -152,6 +157,8 @@ class Authority:
         )
         if before is None:
             self._replace_roster((*self.roster.members, member))
+        action = "admit" if before is None else "renew"
+        self.record(action, member=member.common_name, roster=self.roster.serial)
         record = MemberRecord(
             self.settings.colony, member.role, member.name, self.identity.public_key.hex()
         )
@@ -163,6 +170,7 @@ class Authority:
         revoked = msgspec.structs.replace(member, is_revoked=True)
         if not member.is_revoked:
             self._replace(revoked)
+            self.record("revoke", member=member.common_name, roster=self.roster.serial)
         return revoked
 
     def reinstate(self, common_name: str) -> Member:
@@ -171,6 +179,7 @@ class Authority:
         admitted = msgspec.structs.replace(member, is_revoked=False)
         if member.is_revoked:
             self._replace(admitted)
+            self.record("reinstate", member=member.common_name, roster=self.roster.serial)
         return admitted
 
     def adopt(self, signed_roster: bytes) -> bool:
@@ -183,6 +192,7 @@ class Authority:
             return False
         _write(self.folder / ROSTER_FILE, signed_roster)
         self.roster = roster
+        self.record("adopt a roster of the colony", roster=roster.serial)
         return True
 
     def find(self, name: str) -> Member:
@@ -194,6 +204,10 @@ class Authority:
                 f"{name}: {'no such member' if not found else 'several'}; there is {known}"
             )
         return found[0]
+
+    def record(self, action: str, **details: object) -> None:
+        """Record what was done in the authority's audit log; raises AuditError."""
+        record_action(AuditLog(self.folder / AUDIT_FILE, self.identity), action, **details)
 
     def _replace(self, member: Member) -> None:
         self._replace_roster(

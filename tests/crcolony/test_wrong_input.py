@@ -28,6 +28,7 @@ RUNS = {
     "crcolony.experiments.paper3_survival": ("run_survival",),
     "crcolony.fault_simulation.simulate": ("simulate",),
     "crcolony_dashboards.live": ("run_dashboard",),
+    "crcolony_deploy.metrics": ("print_metrics", "serve_metrics"),
 }
 """What takes long, or has no end: it is not run here when all options are accepted."""
 
@@ -35,6 +36,9 @@ NEEDED = {
     "robot": ["--out", "robot"],
     "bridge": ["--robot", "firmware@/dev/none"],
     "keygen": ["key"],
+    "audit": ["verify", "file"],
+    "backup": ["folder", "--to", "backup.tar"],
+    "restore": ["file", "--out", "restored"],
     "check": ["file"],
     "completion": ["bash"],
     "enroll": ["robot", "kitchen", "--out", "credentials", "--renew"],

@@ -67,3 +67,17 @@ def test_no_recording_is_overwritten(tmp_path: Path) -> None:
         free = unused_path(rrd)
         assert free.name == name
         free.touch()
+
+
+def test_a_recording_of_weeks_has_no_rrd(tmp_path: Path) -> None:
+    """Nothing of an .rrd can be deleted; what was recorded is drawn again by crcolony replay."""
+    recording = Recording("run", keep_s=7200.0)
+    assert recording.open(tmp_path, rrb.Blueprint()).endswith(
+        "events for good, the rest for 2 hours"
+    )
+    for number in (1, 7_300_000):
+        recording.add(sample(number))
+        assert recording.commit() == []
+    recording.close(LINES.append)
+    assert recorded(tmp_path) == ["key/7300000"]
+    assert not list(tmp_path.glob("*.rrd"))

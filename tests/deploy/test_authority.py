@@ -4,6 +4,8 @@ import datetime
 from pathlib import Path
 
 import pytest
+from crcolony_deploy.audit_log import read_lines
+from crcolony_deploy.audit_record import decode_record
 from crcolony_deploy.authority import (
     Authority,
     AuthorityError,
@@ -133,3 +135,22 @@ def test_a_member_that_does_not_exist_is_named_with_those_that_do(
     admit(authority, tmp_path, "kitchen", KITCHEN)
     with pytest.raises(AuthorityError, match=r"no such member; there is robot\.kitchen"):
         authority.revoke("kitchne")
+
+
+def test_what_was_done_is_in_an_audit_log_that_its_key_signs(
+    authority: Authority, tmp_path: Path
+) -> None:
+    """Also renewals, and nothing that changed nothing; who has only the file cannot change it unnoticed."""
+    for _ in range(2):
+        admit(authority, tmp_path, "kitchen", KITCHEN)
+    authority.revoke("kitchen")
+    authority.revoke("kitchen")
+    authority.reinstate("kitchen")
+    lines = [line for _, _, line in read_lines(authority.folder / "audit.jsonl")]
+    records = [record for line in lines if (record := decode_record(line)) is not None]
+    assert len(records) == len(lines)
+    actions = ["create", "admit", "renew", "revoke", "reinstate"]
+    assert [record.action for record in records] == actions
+    assert {record.key for record in records} == {authority.identity.public_key.hex()}
+    assert all(record.is_signed for record in records)
+    assert records[3].details == {"member": "robot.kitchen", "roster": "3"}

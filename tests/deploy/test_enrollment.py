@@ -1,4 +1,4 @@
-"""Members enrol and renew over the network: with the authority that invited them, and nobody else in their name."""
+"""Members enroll and renew over the network: with the authority that invited them, and nobody else in their name."""
 
 import contextlib
 import http.client
@@ -56,7 +56,7 @@ def served(tmp_path: Path) -> Iterator[Served]:
         yield one
 
 
-def test_a_member_enrols_with_a_pin_and_renews_with_its_certificate(
+def test_a_member_enrolls_with_a_pin_and_renews_with_its_certificate(
     served: Served, tmp_path: Path
 ) -> None:
     """The folder is then what a process needs."""

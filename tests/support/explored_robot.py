@@ -70,6 +70,8 @@ class Disk:
     incarnation: int = 0
     records: frozenset[EncounterRecord] = frozenset()
     decisions: frozenset[Encounter] = frozenset()
+    lost: frozenset[Encounter] = frozenset()
+    """Decisions about encounters that a restored backup does not know"""
 
     def record_of(self, encounter: Encounter) -> EncounterRecord | None:
         """Return the latest record of an encounter, None if there is none."""
@@ -98,6 +100,17 @@ class Caller:
         """Start a process: the new incarnation is on disk before anything is sent, then the state is restored."""
         disk = replace(disk, incarnation=disk.incarnation + 1)
         return disk, self.restore(me, disk)
+
+    def start_from_backup(
+        self, me: RobotId, disk: Disk, backup: Disk
+    ) -> tuple[Disk, MatingStateMachine]:
+        """Start a process with an old copy of its disk; its incarnation, from the clock, is above all that were lost.
+
+        What the copy knows to be open may be decided again, in place of the decision that is lost.
+        """
+        known = {record.encounter for record in backup.records}
+        lost = disk.lost | disk.decisions - known
+        return self.start(me, replace(backup, incarnation=disk.incarnation, lost=lost))
 
     def restore(self, me: RobotId, disk: Disk) -> MatingStateMachine:
         """Return the state machine that is restored from a disk."""
@@ -160,6 +173,8 @@ class Bounds:
     crashes: int = 0
     failed_writes: int = 0
     repeats: int = 0
+    has_backups: bool = False
+    """Whether a robot may be copied once, at any time, and restored from that copy; each restore counts as a crash"""
 
 
 class Step(NamedTuple):
@@ -183,6 +198,8 @@ class Node(NamedTuple):
     disk: Disk
     contacts: tuple[int, ...]
     """The nonces of all contacts that its body has reported"""
+    backup: Disk | None = None
+    """A copy of its disk, of an earlier time"""
 
 
 class SentEnvelope(NamedTuple):

@@ -106,6 +106,8 @@ class Situations:
         )
         found += chain.from_iterable(self._contacts(number))
         found.append(self._crashed(node, node.disk, 0, "crashes and restarts"))
+        if self._bounds.has_backups:
+            found.append(self._backed_up(node))
         self._own_moves[number] = found
         return found
 
@@ -187,6 +189,16 @@ class Situations:
         after = self._intern(node._replace(mating=mating, disk=disk))
         return Step(after, sent, 1, 0, 0, self._format(node, text), violation)
 
+    def _backed_up(self, node: Node) -> Step:
+        """Return the step in which a robot's disk is copied, or in which it starts again from that copy."""
+        me = node.mating.me
+        if node.backup is None:
+            after = self._intern(node._replace(backup=node.disk))
+            return Step(after, 0, 0, 0, 0, self._format(node, "is backed up"))
+        disk, mating = self._caller.start_from_backup(me, node.disk, node.backup)
+        after = self._intern(node._replace(mating=mating, disk=disk))
+        return Step(after, 0, 1, 0, 0, self._format(node, "is restored from its backup"))
+
     def _format(self, node: Node, text: str) -> str:
         return f"{NAMES[node.mating.me]} {text}"
 
@@ -218,7 +230,7 @@ class Situations:
         """Check what must hold when a robot decides about offspring."""
         label = format_encounter(record.encounter)
         nonces = [r.nonce for r in disk.records if r.encounter in disk.decisions]
-        if record.encounter in disk.decisions:
+        if record.encounter in disk.decisions | disk.lost:
             self._fail("decided twice", f"{NAMES[node.mating.me]} for {label}")
         if record.nonce in nonces and not self._bounds.repeats:
             self._fail("decided twice", f"{NAMES[node.mating.me]} for nonce {record.nonce}")
@@ -268,7 +280,7 @@ class Situations:
         return self.envelopes.send(message, node.robot)
 
     def _intern(self, node: Node) -> int:
-        key = (node.robot, snapshot(node.mating), node.disk, node.contacts)
+        key = (node.robot, snapshot(node.mating), node.disk, node.contacts, node.backup)
         number = self._node_of.setdefault(key, len(self.nodes))
         if number == len(self.nodes):
             self.nodes.append(node)

@@ -102,7 +102,7 @@ class LoneRobot:
             self.node,
             self.transport,
             EmbodimentOptions(config, "here"),
-            ProcessCallbacks(self._reconnect, self.lines.append),
+            ProcessCallbacks(self._reconnect, self.lines.append, print_warning=self.lines.append),
         )
         self.robot.start(0.0)
 

@@ -12,6 +12,7 @@ envelope that was ever sent, and the number of faults so far. A step is one of
     a robot crashes and restarts (a new incarnation)         between any two effects, up to a bound
     a write fails                                            up to a bound
     a body reports a contact that it reported before         up to a bound
+    a robot is backed up, and restored from that copy        where bounds allow it: once copied, at any time
 
 The search is breadth-first, so that a counterexample is a shortest one; it is printed step by step. In every state,
 the disks must agree, and without more faults, retries must leave nothing open (`_settle`).
@@ -67,9 +68,15 @@ class Report:
         return "\n".join([f"after {len(lines)} steps, {self.violation}", *lines])
 
 
-def explore(bounds: Bounds, caller: Caller | None = None, only: Kind | None = None) -> Report:
+def explore(
+    bounds: Bounds,
+    caller: Caller | None = None,
+    only: Kind | None = None,
+    ignored: frozenset[Kind] = frozenset(),
+) -> Report:
     """Visit every state within bounds, or stop at the first violation (of this kind, if one is named)."""
-    ignored = frozenset(get_args(Kind)) - {only, "error"} if only else frozenset()
+    if only:
+        ignored = frozenset(get_args(Kind)) - {only, "error"}
     return Explorer(bounds, caller or Caller(), ignored).run()
 
 

@@ -11,6 +11,7 @@ from tests.support.command_line import Refused
         ("dashboard --port 0", "--port 0: must be from 1 to 65535"),
         ("dashboard --web-port 65536", "--web-port 65536: must be from 1 to 65535"),
         ("dashboard --no-recording --out x", "--no-recording cannot be used with --out"),
+        ("dashboard --keep-hours 0", "--keep-hours 0: must be above 0"),
         ("dashboard --minutes 0", "--minutes 0: must be above 0"),
     ],
 )

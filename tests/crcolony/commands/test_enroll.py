@@ -32,7 +32,7 @@ def test_wrong_options_are_refused_in_one_line(words: str, line: str, refused: R
     assert line in refused(words)
 
 
-def test_a_robot_enrols_with_what_an_invitation_prints(
+def test_a_robot_enrolls_with_what_an_invitation_prints(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The two machines of a person: the authority is served on one, and the line is typed on the other."""

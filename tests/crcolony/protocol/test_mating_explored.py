@@ -92,6 +92,41 @@ class TestPromises:
         assert str(report).startswith("after 4 steps, sent too early: Accept AB1.1")
 
 
+NOT_PROMISED_AFTER_A_RESTORE: frozenset[Kind] = frozenset(("one-sided", "left open"))
+
+
+class TestRestored:
+    """A robot is copied at any moment, and later restored from that copy: what holds then, and what does not."""
+
+    def test_it_decides_at_most_once_about_an_encounter(self) -> None:
+        """With a crash at any other moment too: what its disk knows it decides once, what was lost never again."""
+        bounds = Bounds((PAIR,), crashes=2, has_backups=True)
+        report = explore(bounds, ignored=NOT_PROMISED_AFTER_A_RESTORE)
+        assert report.violation is None, str(report)
+        assert report.states >= 20_000
+        assert report.matings > 0
+
+    @pytest.mark.slow
+    def test_so_it_does_when_the_pair_meets_again(self) -> None:
+        """The second encounter may begin before, between or after the copy and its restore."""
+        bounds = replace(TWICE, crashes=1, has_backups=True)
+        report = explore(bounds, ignored=NOT_PROMISED_AFTER_A_RESTORE)
+        assert report.violation is None, str(report)
+        assert report.states >= 1_000_000
+
+    def test_a_mating_that_it_forgot_stays_with_its_partner_alone(self) -> None:
+        """So a copy is the last resort: a robot that is stopped, copied and moved has forgotten nothing."""
+        report = assert_caught("one-sided", Caller(), Bounds((PAIR,), crashes=1, has_backups=True))
+        assert any("is restored from its backup" in step for step in report.steps)
+
+    def test_a_partner_that_waits_for_it_waits_for_ever(self) -> None:
+        """Its commit is of an encounter that the restored robot does not know; it is shown as orphaned."""
+        bounds = Bounds((PAIR,), crashes=1, has_backups=True)
+        report = assert_caught("left open", Caller(), bounds)
+        assert report.violation is not None
+        assert "stays decided at its initiator" in str(report.violation)
+
+
 # Sabotaged callers -----------------------------------------------------------------------------------------------
 
 

@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import psutil
@@ -55,6 +56,10 @@ def test_a_process_that_is_killed_is_restarted_after_a_delay(tmp_path: Path) -> 
     assert process.restarts == 1
     process.terminate()
     assert exit_of(process, 2.0) == "robot 1: killed by SIGTERM"
+
+
+def _is_longer(log: Path, size: int) -> bool:
+    return log.stat().st_size > size
 
 
 @pytest.mark.parametrize(("period_s", "is_over"), [(1.0, True), (20.0, False)])
@@ -196,3 +201,27 @@ def test_a_process_without_a_log_printed_nothing(tmp_path: Path) -> None:
     assert last_line(tmp_path / "missing") == "it printed nothing"
     (tmp_path / "empty").touch()
     assert last_line(tmp_path / "empty") == "it printed nothing"
+
+
+def test_a_long_log_goes_on_in_an_empty_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One earlier part is kept, and the process, which has the file open, writes on at its new end."""
+    monkeypatch.setattr(supervisor, "MAX_LOG_BYTES", 1000)
+    code = "import sys\nfor _ in range(400):\n print('x' * 9, flush=True); sys.stdin.read(1)"
+    process = child(tmp_path, code)
+    process.start(0.0)
+    assert process.process is not None
+    assert process.process.stdin is not None
+    for _ in range(399):
+        process.shorten_log()
+        size = process.log.stat().st_size
+        process.process.stdin.write(b".")
+        process.process.stdin.flush()
+        wait_until(partial(_is_longer, process.log, size), "a line is written")
+    process.process.stdin.close()
+    process.process.wait(30.0)
+    lines = [(tmp_path / name).read_bytes() for name in ("log", "log.1")]
+    assert all(len(each) <= 2000 for each in lines)
+    assert all(set(each.split(b"\n")) <= {b"x" * 9, b""} for each in lines), "no holes"
+    assert len(lines[1]) > 1000

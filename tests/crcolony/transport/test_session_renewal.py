@@ -10,13 +10,7 @@ import zenoh
 from crcolony.transport.close_session import close_session
 from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.session_renewal import SessionRenewal, hops
-from crcolony.transport.zenoh_session import (
-    Session,
-    free_port,
-    has_links,
-    is_taken,
-    open_session,
-)
+from crcolony.transport.zenoh_session import Session, free_port, has_links, is_taken, open_session
 from tests.support.process import wait_until
 
 

@@ -270,7 +270,15 @@ def _is_mirrored(path: Path) -> bool:
 
 def _exists(file: str, name: str | None) -> bool:
     """Tell whether there is a file whose path ends so, and it defines the name."""
-    folders = ("crcolony", "dashboards", "deploy", "docs", "examples", "robot_firmware_bridge", "tests")
+    folders = (
+        "crcolony",
+        "dashboards",
+        "deploy",
+        "docs",
+        "examples",
+        "robot_firmware_bridge",
+        "tests",
+    )
     paths = [path for folder in folders for path in (ROOT / folder).rglob(Path(file).name)]
     paths = [path for path in paths if f"/{path.relative_to(ROOT)}".endswith(f"/{file}")]
     return bool(paths) and (name is None or any(_defines(path, name) for path in paths))

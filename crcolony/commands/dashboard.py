@@ -70,6 +70,7 @@ def _dashboard(options: argparse.Namespace) -> int:
         raise UsageError("--no-recording cannot be used with --out")
     from crcolony_dashboards.live import DashboardOptions, run_dashboard
 
+    from crcolony.runtime.service_notify import service_notifier
     from crcolony.storage.claimed_folder import check_folder, make_numbered_folder
 
     if options.out is not None:
@@ -86,7 +87,8 @@ def _dashboard(options: argparse.Namespace) -> int:
             native=options.native,
             agent=options.agent,
             minutes=options.minutes,
-        )
+        ),
+        service_notifier(),
     )
     return EXIT_OK
 

@@ -23,10 +23,11 @@ def add_router(parser: argparse.ArgumentParser) -> None:
 def _router(options: argparse.Namespace) -> int:
     import msgspec
 
+    from crcolony.runtime.service_notify import service_notifier
     from crcolony.runtime.start_arena import run_router
 
     if options.client:
         raise UsageError("--client cannot be used with a router")
     network = msgspec.structs.replace(network_of(options, listens_here=True), role="router")
-    run_router(network)
+    run_router(network, service_notifier())
     return EXIT_OK

@@ -25,6 +25,7 @@ from crcolony.runtime.console import print_line
 from crcolony.runtime.host_process import HostProcess
 from crcolony.runtime.hosted_robots import HostedRobots
 from crcolony.runtime.networked_arena import NetworkedArena, restore_arena
+from crcolony.runtime.service_notify import ServiceNotifier
 from crcolony.runtime.simulated_bodies import SimulatedBodies
 from crcolony.runtime.start_arena import compile_world, new_arena, starting_arena
 from crcolony.runtime.startup_report import StartupReport
@@ -59,7 +60,7 @@ class HostOptions:
     """Whether to draw figures at the end"""
 
 
-def run_host(options: HostOptions, opened_folder: ColonyFolder) -> None:
+def run_host(options: HostOptions, opened_folder: ColonyFolder, service: ServiceNotifier) -> None:
     """Run an arena with robots in this process until it is stopped.
 
     Raises CrcolonyError for wrong input, and FatalStorageError when a disk fails.
@@ -79,11 +80,13 @@ def run_host(options: HostOptions, opened_folder: ColonyFolder) -> None:
     restore_arena(arena, folder / ARENA_CHECKPOINT)
     stop = ShutdownSignal(wake=inbox.wake)
     with contextlib.ExitStack() as opened:
-        connection = opened.enter_context(open_connection(options.network, stop, print_line))
+        waiting = open_connection(options.network, service.starting(stop), print_line)
+        connection = opened.enter_context(waiting)
         if connection is None:
             return
         session = connection.session
-        with starting_arena(session, options.arena) as report, stop.interruptible():
+        starting = starting_arena(session, options.arena, service.reporting(print_line))
+        with starting as report, stop.interruptible():
             compile_world(config, report)
             _compile_step(config, ids[0], report)
         if stop():
@@ -113,7 +116,8 @@ def run_host(options: HostOptions, opened_folder: ColonyFolder) -> None:
         opened.enter_context(answering_stops(session, options.arena, stops.answer))
         stop.end_after(options.minutes)
         try:
-            process.run(stop, options.wall_period_s)
+            service.say_ready(f"{options.count} robots in arena {options.arena}")
+            process.run(service.watching(stop), options.wall_period_s)
         finally:
             process.stop()
     print_run_report(plain_console(), folder, config, stop, has_plots=options.has_plots)

@@ -19,6 +19,7 @@ from crcolony.robot.factory import make_robots, numbered_streams, own_streams
 from crcolony.robot.genes import agent_schema
 from crcolony.runtime.console import print_event, print_line
 from crcolony.runtime.robot_process import RobotProcess
+from crcolony.runtime.service_notify import ServiceNotifier
 from crcolony.runtime.startup_report import StartupReport
 from crcolony.runtime.warm_up import warm_up
 from crcolony.shutdown import ShutdownSignal
@@ -55,7 +56,7 @@ class RobotOptions:
     """The earlier run with whose robots it begins; None: what is in its folder, or random genotypes"""
 
 
-def run_robot(options: RobotOptions) -> None:
+def run_robot(options: RobotOptions, service: ServiceNotifier) -> None:
     """Run a robot until it is stopped or done.
 
     Raises CrcolonyError for wrong input, and FatalStorageError when its disk fails.
@@ -79,7 +80,7 @@ def run_robot(options: RobotOptions) -> None:
     batch, _, (robot,) = make_robots(config, [identity.id.hex()], streams, founders)
     schema = bytes.fromhex(robot.subpopulation.schema.digest)
     with contextlib.ExitStack() as opened:
-        session = wait_for_session(options.network, stop, print_line)
+        session = wait_for_session(options.network, service.starting(stop), print_line)
         if session is None:
             return
         transport = RobotTransport(session, options.colony, options.arena, inbox.deliver)
@@ -88,7 +89,7 @@ def run_robot(options: RobotOptions) -> None:
             ConnectionCheck(options.network.connect, transport.has_links, print_line)
         )
         publish = partial(transport.publish_telemetry, identity.id, "activity")
-        report = StartupReport(publish, print_line)
+        report = StartupReport(publish, service.reporting(print_line))
         with declared_as_observer(session), report, stop.interruptible():
             warm_up(config, report)
         if stop():
@@ -110,7 +111,8 @@ def run_robot(options: RobotOptions) -> None:
             lambda: open_session(options.network),
             print_line,
         )
-        process.run(stop)
+        service.say_ready(f"robot {identity.id.hex()}")
+        process.run(service.watching(stop))
         print_line(f"saved in generation {robot.generation}, after {node.matings} matings")
 
 

@@ -1,1 +1,1 @@
-"""Deployments: the authority that certifies the members of a colony, enrolment, revocation, and what is wrong on a host."""
+"""Deployments: the authority that certifies the members of a colony, enrolment, revocation, and inventories."""

@@ -119,6 +119,7 @@ ABOUT_SEVERAL = [
     "tests/crcolony/storage/test_store_against_model.py",
     "tests/crcolony/test_wrong_input.py",
     "tests/crcolony/world/test_body_contract.py",
+    "tests/deploy/test_systemd_units.py",
     "tests/robot_firmware_bridge/aseba/test_driver_faults.py",
     "tests/robot_firmware_bridge/aseba/test_driver_words.py",
     "tests/robot_firmware_bridge/reference_firmware/test_driver_words.py",

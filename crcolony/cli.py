@@ -15,6 +15,7 @@ from crcolony.commands.completion import add_completion
 from crcolony.commands.config import add_config_command
 from crcolony.commands.dashboard import add_dashboard
 from crcolony.commands.demo import add_demo
+from crcolony.commands.deploy import add_deploy
 from crcolony.commands.estop import add_estop
 from crcolony.commands.evolve import add_evolve
 from crcolony.commands.export import add_export
@@ -56,6 +57,7 @@ COMMANDS = (
     ("dashboard", add_dashboard, "show colonies live in Rerun"),
     ("replay", add_replay, "show a finished run in the dashboard"),
     ("export", add_export, "export recorded telemetry as Parquet tables"),
+    ("deploy", add_deploy, "check an inventory of hosts, and collect what they install"),
     ("top", add_top, "show the robots that are online and their state, live"),
     ("status", add_status, "print the robots that are online and their state, once"),
     ("inspect", add_inspect, "print what is in a robot's file, or in a results folder"),

@@ -22,6 +22,7 @@ RUNS = {
     "crcolony.runtime.start_robot": ("run_robot",),
     "crcolony.runtime.launch": ("run_launch",),
     "crcolony.runtime.emergency_stop": ("stop_robots",),
+    "crcolony_deploy.wheelhouse": ("collect",),
     "crcolony_bridge.start_bridge": ("run_bridge",),
     "crcolony.telemetry.terminal_view": ("run_top", "run_status"),
     "crcolony.in_process.run": ("start_run",),
@@ -37,6 +38,7 @@ NEEDED = {
     "keygen": ["key"],
     "check": ["file"],
     "completion": ["bash"],
+    "deploy": ["check", "file"],
     **{name: ["folder"] for name in ("inspect", "export", "replay", "plot")},
 }
 """Arguments without which a command cannot be."""

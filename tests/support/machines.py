@@ -167,7 +167,7 @@ class Lan:
 
 @contextlib.contextmanager
 def machines(folder: Path, names: Sequence[str]) -> Iterator[Lan]:
-    """Machines 10.0.0.1, 10.0.0.2, … that are up, and the laptop after them; all is removed at the end of the context."""
+    """Machines 10.0.0.1, 10.0.0.2, … that are up, and the laptop after them; all is removed at the end."""
     disks, key = folder / "disks", folder / "ssh_key"
     disks.mkdir()
     namespaces.run("ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-f", str(key))

@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 from crcolony.commands.arena import add_arena
 from crcolony.commands.bridge import add_bridge
 from crcolony.commands.check import add_check
+from crcolony.commands.compile import add_compile
 from crcolony.commands.completion import add_completion
 from crcolony.commands.config import add_config_command
 from crcolony.commands.dashboard import add_dashboard
@@ -57,6 +58,7 @@ COMMANDS = (
     ("dashboard", add_dashboard, "show colonies live in Rerun"),
     ("replay", add_replay, "show a finished run in the dashboard"),
     ("export", add_export, "export recorded telemetry as Parquet tables"),
+    ("compile", add_compile, "compile what robots and arenas need, ahead of their first start"),
     ("deploy", add_deploy, "check an inventory of hosts, and collect what they install"),
     ("top", add_top, "show the robots that are online and their state, live"),
     ("status", add_status, "print the robots that are online and their state, once"),

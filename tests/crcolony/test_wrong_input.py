@@ -19,6 +19,7 @@ WRONG = (
 RUNS = {
     "crcolony.runtime.start_arena": ("run_arena", "run_router"),
     "crcolony.runtime.start_host": ("run_host",),
+    "crcolony.runtime.compile_ahead": ("compile_ahead", "kept_code"),
     "crcolony.runtime.start_robot": ("run_robot",),
     "crcolony.runtime.launch": ("run_launch",),
     "crcolony.runtime.emergency_stop": ("stop_robots",),

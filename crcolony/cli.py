@@ -17,6 +17,7 @@ from crcolony.commands.config import add_config_command
 from crcolony.commands.dashboard import add_dashboard
 from crcolony.commands.demo import add_demo
 from crcolony.commands.deploy import add_deploy
+from crcolony.commands.doctor import add_doctor
 from crcolony.commands.estop import add_estop
 from crcolony.commands.evolve import add_evolve
 from crcolony.commands.export import add_export
@@ -60,6 +61,7 @@ COMMANDS = (
     ("export", add_export, "export recorded telemetry as Parquet tables"),
     ("compile", add_compile, "compile what robots and arenas need, ahead of their first start"),
     ("deploy", add_deploy, "check an inventory of hosts, and collect what they install"),
+    ("doctor", add_doctor, "say what is wrong on this host, and the remedy"),
     ("top", add_top, "show the robots that are online and their state, live"),
     ("status", add_status, "print the robots that are online and their state, once"),
     ("inspect", add_inspect, "print what is in a robot's file, or in a results folder"),

@@ -81,8 +81,8 @@ class Variables(
     python: str = "/usr/bin/python3"
     wheelhouse: str = "wheelhouse"
     """Folder, on the computer that deploys, with the packages to install"""
-    code_cache: str = ""
-    """Folder, there, in which compiled code is kept for hosts of the same processor"""
+    code_cache: str = "~/.cache/crcolony/hosts"
+    """Folder, there, in which compiled code is kept for hosts of the same processor; empty: each host compiles"""
     credentials: bool = False
     """Whether services use the certificates in /etc/crcolony/credentials"""
     robots: tuple[RobotEntry, ...] = ()

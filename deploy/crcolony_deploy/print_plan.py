@@ -47,7 +47,8 @@ def _as_dict(inventory: Inventory, host: InventoryHost, plan: HostPlan) -> dict[
         "address": host.address,
         "colony": variables.colony,
         "services": [
-            asdict(service) | {"instance": service.instance, "unit": service.unit}
+            asdict(service)
+            | {"unit": service.unit, "options_file": service.options_file}
             for service in plan.services
         ],
         "network": plan.network,

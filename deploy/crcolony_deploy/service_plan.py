@@ -29,6 +29,11 @@ class Service:
         return f"{self.kind}-{self.name}"
 
     @property
+    def options_file(self) -> str:
+        """The file with its options, which its unit reads."""
+        return f"/etc/crcolony/{self.instance}.env"
+
+    @property
     def unit(self) -> str:
         """Its systemd unit."""
         return f"crcolony-{self.kind}@{self.name}.service"

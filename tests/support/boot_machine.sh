@@ -47,5 +47,8 @@ ln -s pts/ptmx "$root/dev/ptmx"
 ln -s /proc/self/fd "$root/dev/fd"
 for number in 0 1 2; do ln -s "/proc/self/fd/$number" "$root/dev/$(echo stdin stdout stderr | cut -d' ' -f$((number + 1)))"; done
 cd "$root"
+# Not a chroot: in one the kernel makes no user namespaces, which services have (PrivateUsers=).
+pivot_root . .
+umount -l .
 exec env -i container=crcolony PATH=/usr/sbin:/usr/bin:/sbin:/bin \
-    chroot "$root" /lib/systemd/systemd --system --unit=multi-user.target --show-status=no --log-target=console
+    /lib/systemd/systemd --system --unit=multi-user.target --show-status=no --log-target=console

@@ -47,8 +47,7 @@ def _as_dict(inventory: Inventory, host: InventoryHost, plan: HostPlan) -> dict[
         "address": host.address,
         "colony": variables.colony,
         "services": [
-            asdict(service)
-            | {"unit": service.unit, "options_file": service.options_file}
+            asdict(service) | {"unit": service.unit, "options_file": service.options_file}
             for service in plan.services
         ],
         "network": plan.network,

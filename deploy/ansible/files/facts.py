@@ -1,4 +1,7 @@
-"""Prints, as JSON, what decides whether crcolony can be installed on this host. Runs with any Python 3."""
+"""Prints, as JSON, what decides whether crcolony can be installed on this host. Runs with any Python 3.
+
+The argument is the time (unix seconds) of the computer that asks.
+"""
 
 import json
 import os
@@ -18,8 +21,8 @@ print(
     json.dumps(
         {
             "machine": platform.machine(),
-            "python": "%d.%d" % sys.version_info[:2],
-            "unix_s": time.time(),
+            "python": ".".join(map(str, sys.version_info[:2])),
+            "clock_offset_s": round(time.time() - float(sys.argv[1])),
             "free_mb": {path: free_mb(path) for path in ("/opt/crcolony", "/var/lib/crcolony")},
         }
     )

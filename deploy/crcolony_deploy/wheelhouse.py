@@ -1,6 +1,7 @@
 """Collects all that hosts without internet install: crcolony's own wheel and the locked ones, for each kind of host.
 
-One archive a kind of host (processor and Python), with a list of SHA-256 sums that the host checks before it installs.
+One archive with crcolony, and one a kind of host (processor and Python) with the packages that it needs: an upgrade
+that needs the same ones copies three megabytes. Each has SHA-256 sums, which the host checks before it installs.
 """
 
 import hashlib
@@ -25,6 +26,8 @@ MACHINES = ("x86_64", "aarch64")
 _GLIBC = (*range(36, 16, -1), 12, 5)
 """Minor versions of the C library that wheels may be built for: Debian 12 has 2.36."""
 _LEGACY = ("manylinux2014", "manylinux2010", "manylinux1")
+_BUILD_TIME = "1577836800"
+"""In wheels that are built here, so that the same sources give the same wheel."""
 _OLDEST_PYTHON = (3, 11)
 _WITHOUT_WHEELS = ("cobs",)
 """Locked packages of which the index has sources alone; without a compiler each becomes plain Python, for any host."""
@@ -75,17 +78,16 @@ def collect(options: WheelhouseOptions, print_line: Callable[[str], None]) -> st
         own = _build(options.source, Path(scratch) / "own")
         identity = version_id(own, options.source / LOCK, options.extras)
         built = _build_pure(options.source / LOCK, Path(scratch) / "built")
-        archives = {}
+        packages = {}
         for kind in options.kinds:
             print_line(f"collecting {kind.tag}")
             wheels = Path(scratch) / kind.tag
             _download(options, kind, (own, built), wheels)
-            archive = options.folder / f"crcolony-{identity}-{kind.tag}.tar"
-            _pack(wheels, archive)
-            archives[kind.tag] = {"file": archive.name, "sha256": _sum_of(archive)}
-            size_mb = archive.stat().st_size / 1e6
-            print_line(f"{archive}: {len(list(wheels.iterdir())) - 1} wheels, {size_mb:.0f} MB")
-    manifest = {"id": identity, "archives": archives}
+            for wheel in (*wheels.glob("crcolony-*.whl"), *wheels.glob("pip-*.whl")):
+                wheel.replace(own.parent / wheel.name)
+            packages[kind.tag] = _pack(wheels, options.folder, f"packages-{kind.tag}", print_line)
+        crcolony = _pack(own.parent, options.folder, "crcolony", print_line)
+    manifest = {"id": identity, "crcolony": crcolony, "packages": packages}
     draft = options.folder / f"{MANIFEST}.part"
     draft.write_text(json.dumps(manifest, indent=2) + "\n", "utf-8")
     draft.replace(options.folder / MANIFEST)
@@ -116,7 +118,7 @@ def _build_pure(lock: Path, folder: Path) -> Path:
     ]
     # without the cache of pip, in which such a wheel may lie that a compiler has made for this computer
     words = ("wheel", "--no-cache-dir", "--no-deps", "--wheel-dir", str(folder))
-    _pip(*words, *wanted, CC="/bin/false")
+    _pip(*words, *wanted, CC="/bin/false", SOURCE_DATE_EPOCH=_BUILD_TIME)
     for wheel in folder.glob("*.whl"):
         if not wheel.name.endswith("-none-any.whl"):
             raise DeployError(f"{wheel.name}: is for one kind of host only")
@@ -140,17 +142,27 @@ def _download(
         *(word for platform in platforms for word in ("--platform", platform)),
         "--find-links", str(built), "--constraint", str(options.source / LOCK), wanted, f"pip=={version('pip')}",
     )  # fmt: skip
-    sums = "".join(f"{_sum_of(wheel)}  {wheel.name}\n" for wheel in sorted(wheels.glob("*.whl")))
-    (wheels / SUMS).write_text(sums, "utf-8")
 
 
-def _pack(folder: Path, archive: Path) -> None:
-    """Write an archive as a whole or not at all."""
+def _pack(
+    folder: Path, target: Path, name: str, print_line: Callable[[str], None]
+) -> dict[str, str]:
+    """Pack the wheels of a folder, with their sums, as a whole or not at all; return the archive's id and file.
+
+    The id is a digest of the wheels, and a part of the file's name.
+    """
+    wheels = sorted(folder.glob("*.whl"))
+    sums = "".join(f"{_sum_of(wheel)}  {wheel.name}\n" for wheel in wheels)
+    (folder / SUMS).write_text(sums, "utf-8")
+    digest = hashlib.sha256(sums.encode()).hexdigest()[:16]
+    archive = target / f"{name}-{digest}.tar"
     draft = archive.with_name(f"{archive.name}.part")
     with tarfile.open(draft, "w") as tar:
-        for path in sorted(folder.iterdir()):
+        for path in (folder / SUMS, *wheels):
             tar.add(path, path.name)
     draft.replace(archive)
+    print_line(f"{archive}: {len(wheels)} wheels, {archive.stat().st_size / 1e6:.0f} MB")
+    return {"id": digest, "file": archive.name}
 
 
 def _sum_of(path: Path) -> str:

@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -88,8 +89,8 @@ class Deployment:
         self.inventory.write_text(yaml.safe_dump(content), "utf-8")
         return self.inventory
 
-    def play(self, playbook: str, *options: str, within_s: float = 280.0) -> Played:
-        """Run a playbook from the laptop."""
+    def play(self, playbook: str, *options: str) -> Played:
+        """Run a playbook from the laptop; what it prints is in `playbooks.log`, too, with seconds."""
         command = [
             *self.lan.laptop.before, sys.executable, "-m", "ansible", "playbook",
             "-i", str(self.inventory), str(PLAYBOOKS / f"{playbook}.yml"), *options,
@@ -104,15 +105,25 @@ class Deployment:
             "LC_ALL": "C.UTF-8",
             "PYTHONPATH": PYTHONPATH,
         }
-        log = self.folder / "playbooks.log"
-        with log.open("a") as file:
-            file.write(f"\n===== {playbook} {' '.join(options)}\n")
-        done = subprocess.run(
-            command, capture_output=True, text=True, timeout=within_s, check=False, env=environment
-        )
-        with log.open("a") as file:
-            file.write(done.stdout + done.stderr)
-        return Played(done.returncode, done.stdout + done.stderr)
+        lines: list[str] = []
+        started_s = time.monotonic()
+        with (
+            (self.folder / "playbooks.log").open("a") as log,
+            subprocess.Popen(
+                command,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                stdin=subprocess.DEVNULL,
+                text=True,
+                env=environment,
+            ) as running,
+        ):
+            assert running.stdout is not None
+            log.write(f"===== {playbook} {' '.join(options)}\n")
+            for line in running.stdout:
+                lines.append(line)
+                log.write(f"{time.monotonic() - started_s:6.1f} {line}")
+        return Played(running.returncode, "".join(lines))
 
     def collect(self, source: Path, name: str) -> str:
         """Collect a wheelhouse of a checkout for this kind of machine, and return the id of its version."""

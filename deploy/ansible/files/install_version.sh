@@ -1,28 +1,28 @@
 #!/bin/sh
-# Installs one version beside the others, without internet: install_version PYTHON ARCHIVE ID
-# What fails half-way leaves nothing. Packages that two versions share are there once.
+# Installs one version beside the others, without internet: install_version PYTHON ID PACKAGES
+# The archives lie in /opt/crcolony. What fails half-way leaves nothing. Packages that two versions share are there once.
 set -eu
 umask 022
 python=$1
-archive=$2
-id=$3
+id=$2
 base=/opt/crcolony
 version=$base/versions/$id
+packages=$base/packages/$3
 options="--no-index --no-deps --no-compile --no-cache-dir --quiet --root-user-action=ignore --disable-pip-version-check"
 mkdir -p "$base/versions" "$base/packages"
 scratch=$(mktemp -d "$base/install.XXXXXX")
-trap 'rm -rf "$scratch" "$base"/packages/*.part; [ -e "$version/.complete" ] || rm -rf "$version"' EXIT
+trap 'rm -rf "$scratch" "$packages.part"; [ -e "$version/.complete" ] || rm -rf "$version"' EXIT
 
-tar -xf "$archive" -C "$scratch"
 cd "$scratch"
+tar -xf "$base"/crcolony-*.tar
 sha256sum --check --quiet SHA256SUMS
 pip=$(echo "$scratch"/pip-*.whl)/pip
-packages=$base/packages/$(grep -v '  crcolony-' SHA256SUMS | sha256sum | cut -c1-16)
 if [ ! -e "$packages" ]; then
-    for wheel in *.whl; do
-        case $wheel in crcolony-* | pip-*) ;; *) echo "$scratch/$wheel" ;; esac
-    done >"$scratch/wanted"
-    "$python" "$pip" install $options --target "$packages.part" -r "$scratch/wanted"
+    mkdir packages
+    tar -xf "$base"/packages-*.tar -C packages
+    (cd packages && sha256sum --check --quiet SHA256SUMS)
+    "$python" "$pip" install $options --target "$packages.part" packages/*.whl
+    cp packages/SHA256SUMS "$packages.part/"
     mv "$packages.part" "$packages"
 fi
 
@@ -31,7 +31,7 @@ rm -rf "$version"
 site=$("$version/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
 echo "$packages" >"$site/packages.pth"
 "$version/bin/python" "$pip" install $options "$scratch"/crcolony-*.whl
-cp SHA256SUMS "$version/SHA256SUMS"
+cat "$packages/SHA256SUMS" SHA256SUMS >"$version/SHA256SUMS"
 # Compiled code is cached by path and time of its source, and the path goes through `current`: a time that is a digest
 # of the content keeps what has not changed over an upgrade, and nothing that has.
 "$version/bin/python" - "$site" <<'END'

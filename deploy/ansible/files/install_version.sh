@@ -9,7 +9,8 @@ base=/opt/crcolony
 version=$base/versions/$id
 packages=$base/packages/$3
 options="--no-index --no-deps --no-compile --no-cache-dir --quiet --root-user-action=ignore --disable-pip-version-check"
-mkdir -p "$base/versions" "$base/packages"
+mkdir -p "$base/versions" "$base/packages" /etc/crcolony /var/lib/crcolony
+install -d -o crcolony -g crcolony -m 750 /var/cache/crcolony
 scratch=$(mktemp -d "$base/install.XXXXXX")
 trap 'rm -rf "$scratch" "$packages.part"; [ -e "$version/.complete" ] || rm -rf "$version"' EXIT
 

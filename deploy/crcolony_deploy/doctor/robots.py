@@ -8,6 +8,8 @@ from crcolony_deploy.doctor.host_state import HostState
 
 def check_robots(host: HostState) -> Iterator[Finding]:
     """Compare the robots that are installed with those that are online."""
+    if not host.of_kind("robot"):
+        return
     view, own = host.colony, host.own_robots
     if view.problem:
         yield problem(

@@ -80,13 +80,14 @@ def run_host(options: HostOptions, opened_folder: ColonyFolder, service: Service
     restore_arena(arena, folder / ARENA_CHECKPOINT)
     stop = ShutdownSignal(wake=inbox.wake)
     with contextlib.ExitStack() as opened:
-        waiting = open_connection(options.network, service.starting(stop), print_line)
-        connection = opened.enter_context(waiting)
+        connection = opened.enter_context(
+            open_connection(options.network, service.starting(stop), print_line)
+        )
         if connection is None:
             return
         session = connection.session
-        starting = starting_arena(session, options.arena, service.reporting(print_line))
-        with starting as report, stop.interruptible():
+        report_line = service.reporting(print_line)
+        with starting_arena(session, options.arena, report_line) as report, stop.interruptible():
             compile_world(config, report)
             _compile_step(config, ids[0], report)
         if stop():
@@ -106,17 +107,15 @@ def run_host(options: HostOptions, opened_folder: ColonyFolder, service: Service
         hosted = HostedRobots(nodes, batch, parameters, robot_transport)
         process = HostProcess(networked, hosted, inbox, print_line)
         process.start(settings_of_robot(config, config.body))
-        print_line(
-            f"{options.count} robots of colony {options.colony} in arena {options.arena},"
-            f" and {config.robots - options.count} slots for others"
-        )
+        status = f"{options.count} robots of colony {options.colony} in arena {options.arena}"
+        print_line(f"{status}, and {config.robots - options.count} slots for others")
         stops = StopServer(
             [SimulatedBodies(arena)], stop_address(session, options.arena), print_line
         )
         opened.enter_context(answering_stops(session, options.arena, stops.answer))
         stop.end_after(options.minutes)
+        service.say_ready(status)
         try:
-            service.say_ready(f"{options.count} robots in arena {options.arena}")
             process.run(service.watching(stop), options.wall_period_s)
         finally:
             process.stop()

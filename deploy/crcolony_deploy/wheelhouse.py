@@ -87,7 +87,12 @@ def collect(options: WheelhouseOptions, print_line: Callable[[str], None]) -> st
                 wheel.replace(own.parent / wheel.name)
             packages[kind.tag] = _pack(wheels, options.folder, f"packages-{kind.tag}", print_line)
         crcolony = _pack(own.parent, options.folder, "crcolony", print_line)
-    manifest = {"id": identity, "crcolony": crcolony, "packages": packages}
+    manifest = {
+        "id": identity,
+        "extras": sorted(options.extras),
+        "crcolony": crcolony,
+        "packages": packages,
+    }
     draft = options.folder / f"{MANIFEST}.part"
     draft.write_text(json.dumps(manifest, indent=2) + "\n", "utf-8")
     draft.replace(options.folder / MANIFEST)

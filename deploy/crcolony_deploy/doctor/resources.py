@@ -42,7 +42,7 @@ def check_memory(host: HostState) -> Iterator[Finding]:
     if free_mb < _LOW_MEMORY_MB:
         yield warning(
             f"{free_mb:.0f} MB of memory are available",
-            "systemd-cgtop -m shows who has it; compiling takes 450 MB once",
+            "systemd-cgtop -m shows who has it; compiling takes 400 MB once",
         )
     else:
         yield ok(f"{free_mb / 1000.0:.1f} GB of memory are available")

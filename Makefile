@@ -12,11 +12,12 @@ REAL := --reruns 1 -r aR
 SYNC := $(if $(filter output-sync,$(.FEATURES)),--output-sync)
 
 .DEFAULT_GOAL := help
-.PHONY: help run dashboard test checks compiled coverage bench clean
+.PHONY: help run dashboard demo-lan test checks compiled coverage bench clean
 
 help:
 	@echo "make run           20 s of evolution, then its robots live, each its own process, until Ctrl-C (MINUTES=2, OUT=DIR)"
 	@echo "make dashboard     the running colony in a browser: beside make run, started before or after it"
+	@echo "make demo-lan      four machines on this one (root, Linux): set up over ssh from an inventory, cut off, upgraded, removed"
 	@echo "make test          every check and test that this machine can run"
 	@echo "make checks        formatting, types and imports between rooms alone"
 	@echo "make coverage      branch coverage of learning, evolution and robot alone"
@@ -28,6 +29,10 @@ run: $(VENV)/run.stamp
 
 dashboard: $(VENV)/viz.stamp
 	@$(BIN)/crcolony dashboard --web $(if $(OUT),--out $(OUT)) $(if $(MINUTES),--minutes $(MINUTES))
+
+# The show is a test: namespaces with roots, systemd and sshd of their own, which are all gone at its end.
+demo-lan: $(VENV)/dev.stamp
+	@$(BIN)/python -m pytest -q -s --no-header tests/system/test_lan_deployment.py
 
 # Coverage runs beside the type checker, which uses one core: beside the system tests it would take the time of their processes.
 test: $(VENV)/dev.stamp

@@ -15,10 +15,13 @@ from crcolony.commands.authority import add_authority
 from crcolony.commands.backup import add_backup
 from crcolony.commands.bridge import add_bridge
 from crcolony.commands.check import add_check
+from crcolony.commands.compile import add_compile
 from crcolony.commands.completion import add_completion
 from crcolony.commands.config import add_config_command
 from crcolony.commands.dashboard import add_dashboard
 from crcolony.commands.demo import add_demo
+from crcolony.commands.deploy import add_deploy
+from crcolony.commands.doctor import add_doctor
 from crcolony.commands.enroll import add_enroll
 from crcolony.commands.estop import add_estop
 from crcolony.commands.evolve import add_evolve
@@ -67,6 +70,9 @@ COMMANDS = (
     ("dashboard", add_dashboard, "show colonies live in Rerun"),
     ("replay", add_replay, "show a finished run in the dashboard"),
     ("export", add_export, "export recorded telemetry as Parquet tables"),
+    ("compile", add_compile, "compile what robots and arenas need, ahead of their first start"),
+    ("deploy", add_deploy, "check an inventory of hosts, and collect what they install"),
+    ("doctor", add_doctor, "say what is wrong on this host, and the remedy"),
     ("top", add_top, "show the robots that are online and their state, live"),
     ("status", add_status, "print the robots that are online and their state, once"),
     ("metrics", add_metrics, "export the state of colonies as metrics, for Prometheus"),

@@ -23,6 +23,7 @@ CrcolonyError         something outside the program is wrong: a setting, a file,
     AuditError              the audit log                           crcolony_deploy.audit_log
     MetricsError            where metrics are served                crcolony_deploy.metrics_server
     DeviceError             an attached robot                       crcolony_bridge
+    DeployError             an inventory, or what it names          crcolony_deploy
 FatalStorageError     it is unknown what is on the disk: the process ends, and starts again from there. Exit code 3
 """
 
@@ -30,6 +31,8 @@ from collections.abc import Iterable
 
 EXIT_OK = 0
 """The command did what it should; 1 is left for bugs, as Python has it."""
+EXIT_PROBLEMS = 1
+"""`doctor` has found a problem: as with other programs that look for differences."""
 EXIT_WRONG_INPUT = 2
 """A CrcolonyError, or options that cannot be parsed."""
 EXIT_FATAL = 3

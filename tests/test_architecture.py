@@ -103,6 +103,12 @@ TESTED_ELSEWHERE: dict[str, str] = {
     "crcolony_bridge/reference_firmware/session.py": "robot_firmware_bridge/reference_firmware/test_driver.py: replies",
     "crcolony_bridge/ros2/messages.py": "robot_firmware_bridge/ros2/test_cdr.py: every field, as ROS encodes it",
     "crcolony_bridge/ros2/session.py": "robot_firmware_bridge/ros2/test_driver.py: a router, a base, and their ends",
+    # Deployments: values, and commands that real machines show.
+    "crcolony/commands/compile.py": "crcolony/runtime/test_compile_ahead.py: the command, and what it compiles",
+    "crcolony_deploy/errors.py": "deploy/test_inventory_file.py: how a wrong inventory is refused",
+    "crcolony_deploy/inventory_variables.py": "deploy/test_inventory.py: values, read and checked there",
+    "crcolony_deploy/doctor/finding.py": "deploy/doctor/test_examine.py: findings, printed",
+    "crcolony_deploy/doctor/host_state.py": "system/test_lan_deployment.py: real hosts are examined",
     # Zenoh's side of the transport: real sessions, cables that are cut, hostile peers.
     "crcolony/transport/zenoh_arena.py": "system/test_hostile_peers.py: an arena on Zenoh under attack",
     "crcolony/transport/zenoh_robots.py": "system/test_partitions.py: robots on Zenoh, cut and healed",
@@ -129,6 +135,7 @@ ABOUT_SEVERAL = [
     "tests/crcolony/world/test_body_contract.py",
     "tests/deploy/test_enrollment.py",
     "tests/deploy/test_monitoring.py",
+    "tests/deploy/test_systemd_units.py",
     "tests/robot_firmware_bridge/aseba/test_driver_faults.py",
     "tests/robot_firmware_bridge/aseba/test_driver_words.py",
     "tests/robot_firmware_bridge/reference_firmware/test_driver_words.py",

@@ -58,6 +58,7 @@ def add_arena(parser: argparse.ArgumentParser) -> None:
 
 
 def _arena(options: argparse.Namespace) -> int:
+    from crcolony.runtime.service_notify import service_notifier
     from crcolony.runtime.start_arena import run_arena
 
     check_names(options)
@@ -68,5 +69,7 @@ def _arena(options: argparse.Namespace) -> int:
         )
     period_s = wall_period_s(options, config.arena.control_period_s)
     network = network_of(options, listens_here=True)
-    run_arena(config, options.arena, network, period_s, options.expect, options.out)
+    run_arena(
+        config, options.arena, network, period_s, options.expect, options.out, service_notifier()
+    )
     return EXIT_OK

@@ -84,6 +84,8 @@ def _bridge(options: argparse.Namespace) -> int:
     elif options.action == "serve":
         from crcolony_bridge.start_bridge import BridgeOptions, run_bridge
 
+        from crcolony.runtime.service_notify import service_notifier
+
         settings = BridgeOptions(
             tuple(options.robot),
             options.arena,
@@ -92,7 +94,7 @@ def _bridge(options: argparse.Namespace) -> int:
             options.calibrations,
             needs_watchdog=not options.without_watchdog,
         )
-        run_bridge(settings, network_of(options, listens_here=True))
+        run_bridge(settings, network_of(options, listens_here=True), service_notifier())
     else:
         with interrupted_once():  # a robot is left standing still, however this ends
             _use_on_bench(options)

@@ -81,6 +81,7 @@ def _dashboard(options: argparse.Namespace) -> int:
         )
     from crcolony_dashboards.live import DashboardOptions, run_dashboard
 
+    from crcolony.runtime.service_notify import service_notifier
     from crcolony.storage.claimed_folder import check_folder, make_numbered_folder
 
     if options.out is not None:
@@ -98,7 +99,8 @@ def _dashboard(options: argparse.Namespace) -> int:
             agent=options.agent,
             minutes=options.minutes,
             keep_s=3600.0 * options.keep_hours if options.keep_hours is not None else None,
-        )
+        ),
+        service_notifier(),
     )
     return EXIT_OK
 

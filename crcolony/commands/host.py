@@ -51,6 +51,7 @@ def add_host(parser: argparse.ArgumentParser) -> None:
 
 def _host(options: argparse.Namespace) -> int:
     from crcolony.results.colony_folder import open_colony_folder
+    from crcolony.runtime.service_notify import service_notifier
     from crcolony.runtime.start_host import HostOptions, run_host
 
     start = Start(options, "host")
@@ -69,5 +70,5 @@ def _host(options: argparse.Namespace) -> int:
             minutes=options.minutes,
             has_plots=options.has_plots,
         )
-        run_host(host, folder)
+        run_host(host, folder, service_notifier())
     return EXIT_OK

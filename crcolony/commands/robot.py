@@ -65,6 +65,7 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
 
 
 def _robot(options: argparse.Namespace) -> int:
+    from crcolony.runtime.service_notify import service_notifier
     from crcolony.runtime.start_robot import RobotOptions, run_robot
 
     check_names(options)
@@ -88,6 +89,7 @@ def _robot(options: argparse.Namespace) -> int:
             allow=options.allow,
             snapshot_s=options.snapshot,
             beginning=start.beginning(config, 1),
-        )
+        ),
+        service_notifier(),
     )
     return EXIT_OK

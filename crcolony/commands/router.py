@@ -29,6 +29,7 @@ def add_router(parser: argparse.ArgumentParser) -> None:
 def _router(options: argparse.Namespace) -> int:
     import msgspec
 
+    from crcolony.runtime.service_notify import service_notifier
     from crcolony.runtime.start_arena import run_router
     from crcolony.transport.zenoh_config import print_config
 
@@ -38,5 +39,5 @@ def _router(options: argparse.Namespace) -> int:
     if options.print_config:
         print_config(network)
     else:
-        run_router(network)
+        run_router(network, service_notifier())
     return EXIT_OK

@@ -3,12 +3,13 @@
 import contextlib
 import secrets
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from crcolony.config import Config, ConfigError
 from crcolony.runtime.console import format_clock, print_line
+from crcolony.runtime.service_notify import ServiceNotifier
 from crcolony.runtime.startup_report import Progress, StartupReport
 from crcolony.runtime.stop_server import StopServer
 from crcolony.shutdown import ShutdownSignal
@@ -37,6 +38,7 @@ def run_arena(
     wall_period_s: float | None,
     expect: int,
     folder: Path | None,
+    service: ServiceNotifier,
 ) -> None:
     """Run an arena until it is stopped; `wall_period_s` None is lockstep. Raises CrcolonyError for wrong input.
 
@@ -46,7 +48,8 @@ def run_arena(
     inbox = Inbox()
     stop = ShutdownSignal(wake=inbox.wake)
     arena_run = secrets.randbelow(2**62)
-    with _claimed(folder) as claimed, open_connection(network, stop, print_line) as connection:
+    waiting = open_connection(network, service.starting(stop), print_line)
+    with _claimed(folder) as claimed, waiting as connection:
         if connection is None:
             return
         from crcolony.runtime.arena_process import ArenaProcess
@@ -54,7 +57,8 @@ def run_arena(
         from crcolony.runtime.simulated_bodies import SimulatedBodies
 
         new_arena(config, arena_run, wall_period_s is None, expect)  # refuses wrong settings
-        with starting_arena(connection.session, name) as report, stop.interruptible():
+        starting = starting_arena(connection.session, name, service.reporting(print_line))
+        with starting as report, stop.interruptible():
             compile_world(config, report)
         if stop():
             return
@@ -74,7 +78,8 @@ def run_arena(
         connection.add_user(StopAnswers(connection.session, name, stops.answer))
         process = ArenaProcess(arena, inbox, connection)
         print_line(f"arena {name} with {config.robots} slots, {format_clock(wall_period_s)}")
-        process.run(stop, wall_period_s)
+        service.say_ready(f"arena {name}")
+        process.run(service.watching(stop), wall_period_s)
         print_line(f"stopped at tick {node.tick}")
 
 
@@ -107,7 +112,9 @@ def new_arena(config: Config, arena_run: int, lockstep: bool, expect: int) -> "A
 
 
 @contextlib.contextmanager
-def starting_arena(session: Session, name: str) -> Iterator[StartupReport]:
+def starting_arena(
+    session: Session, name: str, print_line: Callable[[str], None]
+) -> Iterator[StartupReport]:
     """Report inside the context what a process does before its arena is online."""
     publish = activity_of_arena(session, name)
     with declared_as_observer(session), StartupReport(publish, print_line) as report:
@@ -124,14 +131,16 @@ def compile_world(config: Config, report: StartupReport) -> None:
         new_arena(config, 0, lockstep=False, expect=0).step()
 
 
-def run_router(network: NetworkSettings) -> None:
+def run_router(network: NetworkSettings, service: ServiceNotifier) -> None:
     """Route the messages of clients until stopped. Routers hold no state: any of them can replace another."""
     inbox = Inbox()
     stop = ShutdownSignal(wake=inbox.wake)
-    with open_connection(network, stop, print_line) as connection:
+    with open_connection(network, service.starting(stop), print_line) as connection:
         if connection is None:
             return
         print_line(f"router at {', '.join(network.listen)}")
-        while not stop():
+        service.say_ready("router")
+        is_stopped = service.watching(stop)
+        while not is_stopped():
             inbox.get(_ROUTER_PERIOD_S)
             connection.handle_timers(time.monotonic())

@@ -25,6 +25,7 @@ from crcolony.runtime.console import print_line, print_warning
 from crcolony.runtime.host_process import HostProcess
 from crcolony.runtime.hosted_robots import HostedRobots
 from crcolony.runtime.networked_arena import NetworkedArena, restore_arena
+from crcolony.runtime.service_notify import ServiceNotifier
 from crcolony.runtime.simulated_bodies import SimulatedBodies
 from crcolony.runtime.start_arena import compile_world, new_arena, starting_arena
 from crcolony.runtime.startup_report import StartupReport
@@ -59,7 +60,7 @@ class HostOptions:
     """Whether to draw figures at the end"""
 
 
-def run_host(options: HostOptions, opened_folder: ColonyFolder) -> None:
+def run_host(options: HostOptions, opened_folder: ColonyFolder, service: ServiceNotifier) -> None:
     """Run an arena with robots in this process until it is stopped.
 
     Raises CrcolonyError for wrong input, and FatalStorageError when a disk fails.
@@ -79,11 +80,14 @@ def run_host(options: HostOptions, opened_folder: ColonyFolder) -> None:
     restore_arena(arena, folder / ARENA_CHECKPOINT)
     stop = ShutdownSignal(wake=inbox.wake)
     with contextlib.ExitStack() as opened:
-        connection = opened.enter_context(open_connection(options.network, stop, print_line))
+        connection = opened.enter_context(
+            open_connection(options.network, service.starting(stop), print_line)
+        )
         if connection is None:
             return
         session = connection.session
-        with starting_arena(session, options.arena) as report, stop.interruptible():
+        report_line = service.reporting(print_line)
+        with starting_arena(session, options.arena, report_line) as report, stop.interruptible():
             compile_world(config, report)
             _compile_step(config, ids[0], report)
         if stop():
@@ -103,18 +107,17 @@ def run_host(options: HostOptions, opened_folder: ColonyFolder) -> None:
         hosted = HostedRobots(nodes, batch, parameters, robot_transport)
         process = HostProcess(networked, hosted, inbox, connection, print_line)
         process.start(settings_of_robot(config, config.body))
-        print_line(
-            f"{options.count} robots of colony {options.colony} in arena {options.arena},"
-            f" and {config.robots - options.count} slots for others"
-        )
+        status = f"{options.count} robots of colony {options.colony} in arena {options.arena}"
+        print_line(f"{status}, and {config.robots - options.count} slots for others")
         stops = StopServer([SimulatedBodies(arena)], print_line)
         connection.add_user(robot_transport)
         connection.on_roster(lambda roster: hosted.set_revoked(roster.revoked_robots))
         connection.add_user(transport)
         connection.add_user(StopAnswers(session, options.arena, stops.answer))
         stop.end_after(options.minutes)
+        service.say_ready(status)
         try:
-            process.run(stop, options.wall_period_s)
+            process.run(service.watching(stop), options.wall_period_s)
         finally:
             process.stop()
     print_run_report(plain_console(), folder, config, stop, has_plots=options.has_plots)

@@ -19,6 +19,7 @@ from crcolony.robot.factory import make_robots, numbered_streams, own_streams
 from crcolony.robot.genes import agent_schema
 from crcolony.runtime.console import name_process, print_event, print_line, print_warning
 from crcolony.runtime.robot_process import RobotProcess
+from crcolony.runtime.service_notify import ServiceNotifier
 from crcolony.runtime.startup_report import StartupReport
 from crcolony.runtime.warm_up import warm_up
 from crcolony.shutdown import ShutdownSignal
@@ -55,7 +56,7 @@ class RobotOptions:
     """The earlier run with whose robots it begins; None: what is in its folder, or random genotypes"""
 
 
-def run_robot(options: RobotOptions) -> None:
+def run_robot(options: RobotOptions, service: ServiceNotifier) -> None:
     """Run a robot until it is stopped or done.
 
     Raises CrcolonyError for wrong input, and FatalStorageError when its disk fails.
@@ -80,14 +81,16 @@ def run_robot(options: RobotOptions) -> None:
     batch, _, (robot,) = make_robots(config, [identity.id.hex()], streams, founders)
     schema = bytes.fromhex(robot.subpopulation.schema.digest)
     with contextlib.ExitStack() as opened:
-        connection = opened.enter_context(open_connection(options.network, stop, print_line))
+        connection = opened.enter_context(
+            open_connection(options.network, service.starting(stop), print_line)
+        )
         if connection is None:
             return
         session = connection.session
         transport = RobotTransport(session, options.colony, options.arena, inbox.deliver)
         connection.add_user(transport)
         publish = partial(transport.publish_telemetry, identity.id, "activity")
-        report = StartupReport(publish, print_line)
+        report = StartupReport(publish, service.reporting(print_line))
         with declared_as_observer(session), report, stop.interruptible():
             warm_up(config, report)
         if stop():
@@ -109,7 +112,8 @@ def run_robot(options: RobotOptions) -> None:
             connection,
             print_line,
         )
-        process.run(stop)
+        service.say_ready(f"robot {identity.id.hex()}")
+        process.run(service.watching(stop))
         print_line(f"saved in generation {robot.generation}, after {node.matings} matings")
 
 

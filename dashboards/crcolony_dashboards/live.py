@@ -14,6 +14,7 @@ from pathlib import Path
 
 from crcolony.errors import CrcolonyError
 from crcolony.recordings.run_of_robots import run_of_robots
+from crcolony.runtime.service_notify import ServiceNotifier
 from crcolony.shutdown import ShutdownSignal
 from crcolony.telemetry.subscriber import TelemetrySubscriber
 from crcolony.transport.connection import Connection
@@ -62,13 +63,14 @@ class DashboardOptions:
     """How long poses and states are kept in the recording; None for ever"""
 
 
-def run_dashboard(options: DashboardOptions) -> None:
+def run_dashboard(options: DashboardOptions, service: ServiceNotifier) -> None:
     """Run a dashboard until a signal stops it. Raises DashboardError if it cannot be shown."""
     check_rerun()
     wake = threading.Event()
     should_stop = ShutdownSignal(options.minutes, wake=wake.set)
     with contextlib.ExitStack() as stack:
-        connection = stack.enter_context(open_connection(options.network, should_stop, _print_line))
+        waiting = open_connection(options.network, service.starting(should_stop), _print_line)
+        connection = stack.enter_context(waiting)
         if connection is None:
             return
         recording = Recording(f"crcolony-{uuid.uuid4().hex[:8]}", options.keep_s)
@@ -94,7 +96,9 @@ def run_dashboard(options: DashboardOptions) -> None:
         viewers = stack.enter_context(_open_viewers(options, url))
         _print_line(f"dashboard at {url}")
         upkeep = _Upkeep(options, recording, dashboard, streams, viewers)
-        _draw_until_stopped(subscriber, connection, upkeep, should_stop, wake)
+        service.say_ready(f"dashboard at {url}")
+        is_stopped = service.watching(should_stop)
+        _draw_until_stopped(subscriber, connection, upkeep, is_stopped, wake)
     exit_if_stuck(streams.rrd)
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from crcolony.runtime.console import print_line
+from crcolony.runtime.service_notify import ServiceNotifier
 from crcolony.runtime.stop_server import StopServer
 from crcolony.shutdown import ShutdownSignal
 from crcolony.transport.inbox import Inbox
@@ -41,7 +42,7 @@ class BridgeOptions:
     """Whether a robot is refused whose wheels turn on when this machine dies"""
 
 
-def run_bridge(options: BridgeOptions, network: NetworkSettings) -> None:
+def run_bridge(options: BridgeOptions, network: NetworkSettings, service: ServiceNotifier) -> None:
     """Serve attached robots until stopped. Raises DeviceError, and NetworkError, for what a person has to mend."""
     inbox = Inbox()
     stop = ShutdownSignal(wake=inbox.wake)
@@ -60,7 +61,8 @@ def run_bridge(options: BridgeOptions, network: NetworkSettings) -> None:
             opened.callback(robot.close)
             robot.open()
             _check_uid(robot, attached)
-        connection = opened.enter_context(open_connection(network, stop, print_line))
+        waiting = open_connection(network, service.starting(stop), print_line)
+        connection = opened.enter_context(waiting)
         if connection is None:
             return
         bridge_run = secrets.randbelow(2**62)
@@ -79,7 +81,8 @@ def run_bridge(options: BridgeOptions, network: NetworkSettings) -> None:
         relay = EnvelopeRelay(connection.session, inbox.deliver)
         connection.add_user(relay)
         process = BridgeProcess(bodies, name, transport, relay, inbox, connection, print_line)
-        process.run(stop, period_s)
+        service.say_ready(f"bridge {name} with {len(attached)} robots")
+        process.run(service.watching(stop), period_s)
         print_line(f"stopped at tick {bodies.tick}")
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
+import yaml  # type: ignore[import-untyped]
 
 from crcolony.cli import make_parser
 from crcolony.transport.zenoh_session import free_port

@@ -107,6 +107,7 @@ TESTED_ELSEWHERE: dict[str, str] = {
     "crcolony/commands/compile.py": "crcolony/runtime/test_compile_ahead.py: the command, and what it compiles",
     "crcolony_deploy/errors.py": "deploy/test_inventory_file.py: how a wrong inventory is refused",
     "crcolony_deploy/inventory_variables.py": "deploy/test_inventory.py: values, read and checked there",
+    "crcolony_deploy/doctor/access_proof.py": "deploy/doctor/test_access.py: what is in force, and sabotaged",
     "crcolony_deploy/doctor/finding.py": "deploy/doctor/test_examine.py: findings, printed",
     "crcolony_deploy/doctor/host_state.py": "system/test_lan_deployment.py: real hosts are examined",
     # Zenoh's side of the transport: real sessions, cables that are cut, hostile peers.

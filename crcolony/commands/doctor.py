@@ -41,12 +41,17 @@ def add_doctor(parser: argparse.ArgumentParser) -> None:
         parser,
         ("crcolony doctor", "all checks of this host; exit code 1 if there is a problem"),
         ("crcolony doctor --only clock --only disk", "these two"),
+        (
+            "crcolony doctor --credentials credentials/me --only access",
+            "prove that certificates and access control are in force",
+        ),
     )
 
 
 def _doctor(options: argparse.Namespace) -> int:
     import time
 
+    import msgspec
     from crcolony_deploy.doctor.examine import CHECKS, examine, has_problem, print_findings
     from crcolony_deploy.doctor.host_state import HostState
     from crcolony_deploy.doctor.installed_services import network_of_services, read_services
@@ -67,6 +72,8 @@ def _doctor(options: argparse.Namespace) -> int:
         services = read_services(options.services)
         is_given = options.connect or options.listen or options.interface or options.client
         network = given if is_given or not services else network_of_services(services)
+        if options.credentials is not None:
+            network = msgspec.structs.replace(network, credentials=options.credentials)
         findings = examine(
             HostState(tuple(services), network, options.seconds), options.only or list(CHECKS)
         )

@@ -90,12 +90,15 @@ class Credentials:
 
 def load_credentials(folder: Path) -> Credentials:
     """Read a folder of credentials; raises NetworkError that names the file and what is wrong with it."""
-    for name in _FILES:
-        if not (folder / name).is_file():
-            raise NetworkError(
-                f"{folder / name}: missing; crcolony enroll writes a member's credentials"
-            )
-    mode = (folder / IDENTITY_FILE).stat().st_mode
+    try:
+        for name in _FILES:
+            if not (folder / name).is_file():
+                raise NetworkError(
+                    f"{folder / name}: missing; crcolony enroll writes a member's credentials"
+                )
+        mode = (folder / IDENTITY_FILE).stat().st_mode
+    except OSError as error:  # a folder of another user
+        raise NetworkError(f"{folder}: {error.strerror}") from None
     if mode & (stat.S_IRWXG | stat.S_IRWXO) and keeps_modes(folder):
         raise NetworkError(f"{folder / IDENTITY_FILE}: others may read this key; chmod 600 it")
     try:

@@ -7,7 +7,7 @@ import datetime
 from dataclasses import dataclass
 
 from cryptography import x509
-from cryptography.exceptions import InvalidSignature
+from cryptography.exceptions import InvalidSignature, UnsupportedAlgorithm
 from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric.ed25519 import (
     Ed25519PrivateKey,
@@ -49,7 +49,7 @@ def new_key() -> bytes:
 
 
 def public_half(key_pem: bytes) -> bytes:
-    """Return the public key, 32 bytes, of a secret one that `new_key` made."""
+    """Return the public key, 32 bytes, of a secret one; raises CertificateError if it is none of Ed25519."""
     return _load_key(key_pem).public_key().public_bytes_raw()
 
 
@@ -130,8 +130,12 @@ def public_key_of(certificate_pem: bytes) -> bytes:
 
 
 def _load_key(pem: bytes) -> Ed25519PrivateKey:
-    key = serialization.load_pem_private_key(pem, None)
-    assert isinstance(key, Ed25519PrivateKey)
+    try:
+        key = serialization.load_pem_private_key(pem, None)
+    except (ValueError, TypeError, UnsupportedAlgorithm):
+        raise CertificateError("no secret key") from None
+    if not isinstance(key, Ed25519PrivateKey):
+        raise CertificateError("its secret key is not Ed25519")
     return key
 
 

@@ -27,11 +27,12 @@ def host_of(
     *services: InstalledService,
     colony: ColonyView | None = None,
     own: Mapping[str, bytes] | None = None,
+    network: NetworkSettings | None = None,
 ) -> HostState:
     """Return a host whose folders are in this one, with what it receives of its colony."""
     host = HostState(
         services,
-        NetworkSettings(),
+        network or NetworkSettings(),
         state_folder=folder,
         cache_folder=folder / "cache",
         current=folder / "current",

@@ -4,12 +4,15 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, replace
 
+from crcolony_deploy.doctor.access import check_access
 from crcolony_deploy.doctor.arenas import check_arenas
+from crcolony_deploy.doctor.certificates import check_certificates
 from crcolony_deploy.doctor.clock import check_clock
 from crcolony_deploy.doctor.compiled_code import check_compiled_code
 from crcolony_deploy.doctor.finding import Finding
 from crcolony_deploy.doctor.firewall import check_firewall
 from crcolony_deploy.doctor.host_state import HostState
+from crcolony_deploy.doctor.membership import check_membership
 from crcolony_deploy.doctor.multicast import check_multicast
 from crcolony_deploy.doctor.ports import check_ports
 from crcolony_deploy.doctor.resources import check_disk, check_memory
@@ -33,8 +36,11 @@ CHECKS: dict[str, Check] = {
     "arenas": check_arenas,
     "versions": check_versions,
     "clock": check_clock,
+    "certificates": check_certificates,
+    "membership": check_membership,
+    "access": check_access,
 }
-"""Every check by its name, in the order in which they are made. Those of certificates have their place at the end."""
+"""Every check by its name, in the order in which they are made."""
 
 _MARKS = {"ok": "ok      ", "warning": "warning ", "problem": "PROBLEM "}
 

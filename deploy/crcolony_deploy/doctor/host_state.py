@@ -10,6 +10,7 @@ from crcolony.storage.files import KEY_FILE
 from crcolony.telemetry.robot_status import RobotStatus
 from crcolony.transport.network_settings import NetworkSettings
 from crcolony_deploy.doctor.colony_view import ColonyView, view_colony
+from crcolony_deploy.doctor.credential_folder import CredentialFolder, read_credential_folders
 from crcolony_deploy.doctor.installed_services import InstalledService
 
 USER = "crcolony"
@@ -44,6 +45,19 @@ class HostState:
             except IdentityError:
                 continue
         return ids
+
+    @cached_property
+    def credential_folders(self) -> tuple[CredentialFolder, ...]:
+        """The credentials of this host's services, and those with which the colony is watched."""
+        return read_credential_folders(self.services, self.network)
+
+    @property
+    def may_watch(self) -> bool:
+        """Whether states of robots reach this host: a robot's certificate, say, entitles to see who is online alone."""
+        folder = self.network.credentials
+        return folder is None or any(
+            one.may_watch for one in self.credential_folders if one.folder == folder
+        )
 
     @cached_property
     def colony(self) -> ColonyView:

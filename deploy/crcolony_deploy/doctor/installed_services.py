@@ -4,6 +4,9 @@ import re
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
+
+import msgspec
 
 from crcolony.transport.endpoint import parse_endpoint
 from crcolony.transport.interface import NetworkError
@@ -52,6 +55,29 @@ class InstalledService:
                 continue
         return ports
 
+    @property
+    def credentials(self) -> Path | None:
+        """The folder with its certificate; None if it proves nothing."""
+        folder = self.value("--credentials")
+        return Path(folder) if folder else None
+
+    @property
+    def network(self) -> NetworkSettings:
+        """How it connects."""
+        return NetworkSettings(
+            role=self._role,
+            connect=tuple(self.values("--connect")),
+            listen=tuple(self.values("--listen")),
+            interface=self.value("--interface"),
+            credentials=self.credentials,
+        )
+
+    @property
+    def _role(self) -> Literal["peer", "client", "router"]:
+        if self.kind == "router":
+            return "router"
+        return "client" if "--client" in self.words else "peer"
+
 
 def read_services(folder: Path) -> list[InstalledService]:
     """Return the services whose options are in a folder; raises DeployError for a file that cannot be read."""
@@ -73,13 +99,14 @@ def read_services(folder: Path) -> list[InstalledService]:
 
 
 def network_of_services(services: list[InstalledService]) -> NetworkSettings:
-    """Return how somebody reaches the colony of these services from their host."""
+    """Return how somebody reaches the colony of these services from their host, with the credentials of one of them."""
     for service in services:
-        connect = tuple(service.values("--connect"))
-        if "--client" in service.words:
-            return NetworkSettings(role="client", connect=connect)
-        interface = service.value("--interface")
-        if connect or interface:
-            return NetworkSettings(connect=connect, interface=interface)
-    listening = [value for service in services for value in service.values("--listen")]
-    return NetworkSettings(connect=tuple(listening[:1]))
+        network = service.network
+        if network.role == "client":
+            return network
+        if network.connect or network.interface:
+            return msgspec.structs.replace(network, role="peer", listen=())
+    for service in services:
+        for endpoint in service.values("--listen"):
+            return NetworkSettings(connect=(endpoint,), credentials=service.credentials)
+    return NetworkSettings()

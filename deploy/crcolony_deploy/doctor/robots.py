@@ -29,6 +29,8 @@ def check_robots(host: HostState) -> Iterator[Finding]:
                 f"robot {service.name} ({robot.hex()[:8]}) is not online",
                 f"journalctl -u {service.unit} -n 50",
             )
+        elif not host.may_watch:
+            yield ok(f"robot {service.name} is online; with an observer's credentials more is seen")
         elif status.state is None or not status.state.arena:
             arena = service.value("--arena", "arena")
             yield problem(

@@ -7,6 +7,7 @@ import pytest
 
 from crcolony.cli import main
 from tests.support.command_line import refusal
+from tests.support.deployment import Deployment
 from tests.support.examined_hosts import answer
 
 
@@ -40,6 +41,22 @@ def test_with_a_time_it_waits_until_all_is_well(
     )
     words = ["doctor", "--services", str(tmp_path), "--only", "services"]
     assert main([*words, "--within", "30"]) == 0
+
+
+def test_a_person_s_credentials_are_examined_without_any_service(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Certificate, membership, and the proof that access control is in force."""
+    me = Deployment(tmp_path / "deployment").member("operator", "me")
+    checks = [
+        word for check in ("certificates", "membership", "access") for word in ("--only", check)
+    ]
+    words = ["doctor", "--services", str(tmp_path), "--credentials", str(me), *checks]
+    assert main(words) == 0
+    assert "access: operator.me as peer: access control is in force" in capsys.readouterr().out
+    (me / "authority.pem").unlink()
+    assert main(words) == 1
+    assert "PROBLEM certificates: " in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

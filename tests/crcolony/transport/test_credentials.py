@@ -35,6 +35,12 @@ def test_a_key_that_others_may_read_is_refused(folder: Path) -> None:
         load_credentials(folder)
 
 
+def test_a_folder_that_cannot_be_looked_into_is_refused(tmp_path: Path) -> None:
+    """With the reason of the system; not every reason is that a file is missing."""
+    with pytest.raises(NetworkError, match="File name too long"):
+        load_credentials(tmp_path / ("n" * 300))
+
+
 def test_a_roster_of_another_colony_or_authority_is_refused(folder: Path, tmp_path: Path) -> None:
     """It would give rights to strangers."""
     same_name = Deployment(tmp_path / "same")

@@ -45,3 +45,13 @@ def test_the_colony_is_reached_as_the_services_do(
     """The first service of a seed is reached itself."""
     network = network_of_services([service("arena", "pond", options)])
     assert (network.role, network.connect, network.interface) == expected
+
+
+def test_the_colony_is_reached_with_the_credentials_of_a_service() -> None:
+    """Whichever way it is reached."""
+    secured = "--credentials /etc/crcolony/credentials"
+    for options in (f"--connect {SEED}", "--interface eth0", f"--listen {SEED}", "--client"):
+        found = service("robot", "ada", f"{secured} {options}")
+        network = network_of_services([found])
+        assert network.credentials == found.credentials == Path("/etc/crcolony/credentials")
+    assert service("router", "west", secured).network.role == "router"

@@ -5,6 +5,9 @@ from pathlib import Path
 from crcolony_deploy.doctor.colony_view import ColonyView
 from crcolony_deploy.doctor.robots import check_robots
 
+from crcolony.telemetry.robot_status import RobotStatus
+from crcolony.transport.network_settings import NetworkSettings
+from tests.support.deployment import Deployment
 from tests.support.examined_hosts import ADA, BOB, host_of, lines, online, service
 
 OPTIONS = "--colony reef --arena pond"
@@ -53,3 +56,19 @@ def test_another_colony_of_the_same_name_is_noticed(tmp_path: Path) -> None:
     assert found[1:] == [
         "warning: robots of this host's colony live in arenas that it does not know: lake"
     ]
+
+
+def test_a_robot_s_credentials_see_who_is_online_alone(tmp_path: Path) -> None:
+    """States are sent to observers: that none arrives is no problem of the robot's body."""
+    deployment = Deployment(tmp_path / "deployment")
+    _, ada = deployment.robot("ada")
+    wall = deployment.member("observer", "wall")
+    robot = service("robot", "ada", f"{OPTIONS} --credentials {ada}")
+    view = ColonyView((RobotStatus(ADA, "reef"),))
+    for credentials, expected in (
+        (ada, "ok: robot ada is online; with an observer's credentials more is seen"),
+        (wall, "problem: robot ada has no body"),
+    ):
+        network = NetworkSettings(credentials=credentials)
+        host = host_of(tmp_path, robot, colony=view, own={"ada": ADA}, network=network)
+        assert lines(check_robots(host)) == [expected]

@@ -49,7 +49,11 @@ def _doctor(options: argparse.Namespace) -> int:
 
     from crcolony_deploy.doctor.examine import CHECKS, examine, has_problem, print_findings
     from crcolony_deploy.doctor.host_state import HostState
-    from crcolony_deploy.doctor.installed_services import network_of_services, read_services
+    from crcolony_deploy.doctor.installed_services import (
+        network_of_services,
+        observer_network,
+        read_services,
+    )
 
     from crcolony.runtime.console import print_line
 
@@ -66,7 +70,9 @@ def _doctor(options: argparse.Namespace) -> int:
     while True:
         services = read_services(options.services)
         is_given = options.connect or options.listen or options.interface or options.client
-        network = given if is_given or not services else network_of_services(services)
+        network = given
+        if services and not is_given:
+            network = observer_network(options.services) or network_of_services(services)
         findings = examine(
             HostState(tuple(services), network, options.seconds), options.only or list(CHECKS)
         )

@@ -72,6 +72,23 @@ def read_services(folder: Path) -> list[InstalledService]:
     return services
 
 
+def observer_network(folder: Path) -> NetworkSettings | None:
+    """Return how this host watches its colony, as a playbook has written it; None if none has."""
+    try:
+        text = (folder / "observer").read_text("utf-8")
+        words = tuple(shlex.split(text.partition("=")[2]))
+    except (OSError, ValueError):
+        return None
+    observer = InstalledService("observer", "", words)
+    credentials = observer.value("--credentials")
+    return NetworkSettings(
+        role="client" if "--client" in words else "peer",
+        connect=tuple(observer.values("--connect")),
+        interface=observer.value("--interface"),
+        credentials=Path(credentials) if credentials else None,
+    )
+
+
 def network_of_services(services: list[InstalledService]) -> NetworkSettings:
     """Return how somebody reaches the colony of these services from their host."""
     for service in services:

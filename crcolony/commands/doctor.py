@@ -54,7 +54,11 @@ def _doctor(options: argparse.Namespace) -> int:
     import msgspec
     from crcolony_deploy.doctor.examine import CHECKS, examine, has_problem, print_findings
     from crcolony_deploy.doctor.host_state import HostState
-    from crcolony_deploy.doctor.installed_services import network_of_services, read_services
+    from crcolony_deploy.doctor.installed_services import (
+        network_of_services,
+        observer_network,
+        read_services,
+    )
 
     from crcolony.runtime.console import print_line
 
@@ -71,7 +75,9 @@ def _doctor(options: argparse.Namespace) -> int:
     while True:
         services = read_services(options.services)
         is_given = options.connect or options.listen or options.interface or options.client
-        network = given if is_given or not services else network_of_services(services)
+        network = given
+        if services and not is_given:
+            network = observer_network(options.services) or network_of_services(services)
         if options.credentials is not None:
             network = msgspec.structs.replace(network, credentials=options.credentials)
         findings = examine(

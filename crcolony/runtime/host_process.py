@@ -41,6 +41,7 @@ class HostProcess:
 
     def start(self, settings: str) -> None:
         """Start all robots, which report `settings` as JSON. Raises CrcolonyError if a stored one does not fit."""
+        self._connection.on_roster(lambda roster: self._robots.set_revoked(roster.revoked_robots))
         self._robots.start(time.monotonic(), self._arena.node, self._arena.name, settings)
 
     def stop(self) -> None:

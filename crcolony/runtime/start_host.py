@@ -111,7 +111,6 @@ def run_host(options: HostOptions, opened_folder: ColonyFolder, service: Service
         print_line(f"{status}, and {config.robots - options.count} slots for others")
         stops = StopServer([SimulatedBodies(arena)], print_line)
         connection.add_user(robot_transport)
-        connection.on_roster(lambda roster: hosted.set_revoked(roster.revoked_robots))
         connection.add_user(transport)
         connection.add_user(StopAnswers(session, options.arena, stops.answer))
         stop.end_after(options.minutes)

@@ -21,10 +21,9 @@ from crcolony.telemetry.status_changes import ArenaChanged
 from crcolony.telemetry.subscriber import TelemetrySubscriber
 from crcolony.telemetry.wait_for_states import wait_for_states
 from crcolony.terminal import plain_console
-from crcolony.transport.close_session import closing
+from crcolony.transport.brief_session import brief_session
 from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.wait_for_network import open_connection
-from crcolony.transport.zenoh_session import open_session
 
 _REFRESH_S = 0.25
 """Between two updates of the table."""
@@ -196,7 +195,7 @@ def run_status(network: NetworkSettings, colony: str, seconds: float, as_json: b
 
     Raises NetworkError where nobody answers.
     """
-    with closing(open_session(network)) as session:
+    with brief_session(network) as session:
         subscriber = TelemetrySubscriber(session, colony)
         problems = wait_for_states(session, subscriber, network, seconds)
         if as_json:

@@ -45,6 +45,9 @@ class BridgeEntry(_Entry, frozen=True, kw_only=True):
 class RouterEntry(_Entry, frozen=True, kw_only=True):
     """A Zenoh router."""
 
+    connect: Annotated[tuple[str, ...], Meta(max_length=64)] = ()
+    """Endpoints of routers of other sites, which are in no inventory of this one"""
+
 
 class DashboardEntry(_Entry, frozen=True, kw_only=True):
     """A dashboard in Rerun."""
@@ -83,8 +86,12 @@ class Variables(
     """Folder, on the computer that deploys, with the packages to install"""
     code_cache: str = "~/.cache/crcolony/hosts"
     """Folder, there, in which compiled code is kept for hosts of the same processor; empty: each host compiles"""
-    credentials: bool = False
-    """Whether services use the certificates in /etc/crcolony/credentials"""
+    authority: str = ""
+    """Folder, there, of the colony's authority, which certifies every service; empty: an open network"""
+    authority_at: str = ""
+    """HOST:PORT of `crcolony authority serve`, at which hosts renew certificates; empty: `site.yml` renews them"""
+    open_network: bool = False
+    """Whether it is meant that there is no authority"""
     robots: tuple[RobotEntry, ...] = ()
     arenas: tuple[ArenaEntry, ...] = ()
     bridges: tuple[BridgeEntry, ...] = ()

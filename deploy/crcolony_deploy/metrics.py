@@ -14,10 +14,9 @@ from crcolony.runtime.console import print_line
 from crcolony.shutdown import ShutdownSignal
 from crcolony.telemetry.subscriber import TelemetrySubscriber
 from crcolony.telemetry.wait_for_states import wait_for_states
-from crcolony.transport.close_session import closing
+from crcolony.transport.brief_session import brief_session
 from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.wait_for_network import open_connection
-from crcolony.transport.zenoh_session import open_session
 from crcolony_deploy.metrics_exporter import MetricsExporter
 from crcolony_deploy.metrics_server import serving
 
@@ -63,7 +62,7 @@ def print_metrics(
     network: NetworkSettings, colony: str, robots: Iterable[RobotId] | None, seconds: float
 ) -> None:
     """Print the metrics of a colony once, in OpenMetrics form; raises NetworkError where nobody answers."""
-    with closing(open_session(network)) as session:
+    with brief_session(network) as session:
         subscriber = TelemetrySubscriber(session, colony)
         exporter = MetricsExporter(subscriber.monitor, robots, lambda: subscriber.dropped)
         wait_for_states(session, subscriber, network, seconds, exporter.handle_changes)

@@ -9,6 +9,7 @@ from typing import Any
 from crcolony.runtime.console import print_line
 from crcolony_deploy.errors import DeployError
 from crcolony_deploy.inventory import Inventory, InventoryHost, load_inventory
+from crcolony_deploy.inventory_security import security_problems
 from crcolony_deploy.service_plan import HostPlan, plan_host
 from crcolony_deploy.wheelhouse import MANIFEST
 
@@ -16,6 +17,7 @@ from crcolony_deploy.wheelhouse import MANIFEST
 def check_inventory(path: Path, as_json: bool) -> None:
     """Print the plan of an inventory, or a line for each problem but the last, with which it raises DeployError."""
     inventory, problems = load_inventory(path)
+    problems = problems or list(security_problems(inventory))
     if problems:
         for problem in problems[:-1]:
             print_line(f"{path}: {problem}")
@@ -47,7 +49,12 @@ def _as_dict(inventory: Inventory, host: InventoryHost, plan: HostPlan) -> dict[
         "address": host.address,
         "colony": variables.colony,
         "services": [
-            asdict(service) | {"unit": service.unit, "options_file": service.options_file}
+            asdict(service)
+            | {
+                "unit": service.unit,
+                "options_file": service.options_file,
+                "environment": service.environment,
+            }
             for service in plan.services
         ],
         "network": plan.network,
@@ -57,7 +64,9 @@ def _as_dict(inventory: Inventory, host: InventoryHost, plan: HostPlan) -> dict[
         "manifest": _manifest_of(wheelhouse),
         "code_cache": local(variables.code_cache),
         "run": local(variables.run),
-        "has_credentials": variables.credentials,
+        "authority": local(variables.authority),
+        "authority_at": variables.authority_at,
+        "members": [asdict(member) | {"folder": member.folder} for member in plan.members],
     }
 
 

@@ -7,7 +7,13 @@ from crcolony.transport.endpoint import socket_address
 from crcolony_deploy.inventory import Inventory, InventoryHost, settings_of
 
 STATE_FOLDER = "/var/lib/crcolony"
-CREDENTIALS_FOLDER = "/etc/crcolony/credentials"
+CREDENTIALS_FOLDER = f"{STATE_FOLDER}/credentials"
+"""Of all members on a host, a folder each; certificates are renewed and rosters stored there."""
+ROLES = {
+    "robot": "robot", "arena": "arena", "bridge": "bridge", "router": "router",
+    "dashboard": "observer",
+}  # fmt: skip
+"""What a service is in a deployment, by its kind."""
 RUN_FOLDER = f"{STATE_FOLDER}/from"
 """Where a host keeps the earlier run with whose robots its own begin."""
 
@@ -29,6 +35,12 @@ class Service:
         return f"{self.kind}-{self.name}"
 
     @property
+    def environment(self) -> str:
+        """What stands in that file."""
+        switch = "CRCOLONY_OPEN_NETWORK=yes\n" if "--open-network" in self.options else ""
+        return f"OPTIONS={self.options}\n{switch}"
+
+    @property
     def options_file(self) -> str:
         """The file with its options, which its unit reads."""
         return f"/etc/crcolony/{self.instance}.env"
@@ -40,6 +52,22 @@ class Service:
 
 
 @dataclass(frozen=True)
+class CertifiedMember:
+    """A member of the deployment on this host, whose certificate the playbook gets from the authority."""
+
+    role: str
+    name: str
+    key: str = ""
+    """The robot's key for which it speaks"""
+    arenas: tuple[str, ...] = ()
+
+    @property
+    def folder(self) -> str:
+        """Its credentials."""
+        return credentials_of(self.role, self.name)
+
+
+@dataclass(frozen=True)
 class HostPlan:
     """All services of a host, and what they need."""
 
@@ -48,6 +76,8 @@ class HostPlan:
     """Options of a command that watches the colony from this host"""
     extras: tuple[str, ...]
     """Of the package crcolony"""
+    members: tuple[CertifiedMember, ...] = ()
+    """All that need certificates: its services, and an observer"""
 
 
 def plan_host(inventory: Inventory, host: InventoryHost) -> HostPlan:
@@ -57,15 +87,37 @@ def plan_host(inventory: Inventory, host: InventoryHost) -> HostPlan:
         port = _port_of(host, kind, index)
         words = [
             *_own_words(inventory, host, kind, entry),
-            *_network_words(inventory, host, port, kind),
+            *_network_words(inventory, host, port, kind, entry.name),
         ]
+        if kind == "router":
+            words += [word for endpoint in entry.connect for word in ("--connect", endpoint)]
         services.append(Service(kind, entry.name, " ".join(words), port))
     kinds = {service.kind for service in services}
     extras = [
         extra for kind, extra in (("bridge", "bridge"), ("dashboard", "viz")) if kind in kinds
     ]
-    watching = " ".join(_network_words(inventory, host, 0, "observer"))
-    return HostPlan(tuple(services), watching, tuple(extras))
+    members: tuple[CertifiedMember, ...] = ()
+    if host.variables.authority:
+        extras.append("deploy")
+        members = (*map(_member_of, services), CertifiedMember("observer", host_member(host)))
+    watching = " ".join(_network_words(inventory, host, 0, "observer", host_member(host)))
+    return HostPlan(tuple(services), watching, tuple(extras), members)
+
+
+def host_member(host: InventoryHost) -> str:
+    """Return the name under which a host observes its colony."""
+    return f"host-{host.name.replace('.', '-')}"
+
+
+def credentials_of(role: str, name: str) -> str:
+    """Return the folder of a member's credentials on its host."""
+    return f"{CREDENTIALS_FOLDER}/{role}-{name}"
+
+
+def _member_of(service: Service) -> CertifiedMember:
+    key = f"{STATE_FOLDER}/{service.instance}/key" if service.kind == "robot" else ""
+    arenas = (service.name,) if service.kind in ("arena", "bridge") else ()
+    return CertifiedMember(ROLES[service.kind], service.name, key, arenas)
 
 
 def _port_of(host: InventoryHost, kind: str, index: int) -> int:
@@ -116,23 +168,25 @@ def _number_of(inventory: Inventory, robot: Any) -> int:
     return robots.index(robot)
 
 
-def _network_words(inventory: Inventory, host: InventoryHost, port: int, kind: str) -> list[str]:
+def _network_words(
+    inventory: Inventory, host: InventoryHost, port: int, kind: str, name: str
+) -> list[str]:
     """Return the options with which a service, or an observer, reaches all others."""
     variables = host.variables
-    protocol = "tls" if variables.credentials else "tcp"
+    protocol = "tls" if variables.authority else "tcp"
     listen = f"{protocol}/{socket_address(host.address, port)}" if port else ""
     words: list[str] = []
     if variables.topology == "multicast":
         words += ["--interface", variables.interface]
     elif variables.topology == "routers" and kind != "router":
         words += ["--client"]
-    for name in variables.seeds if variables.topology == "seeds" else variables.clients_of:
-        other = inventory.host(name)
+    for seed in variables.seeds if variables.topology == "seeds" else variables.clients_of:
+        other = inventory.host(seed)
         endpoint = f"{protocol}/{socket_address(other.address, other.variables.first_port)}"
         if endpoint != listen:
             words += ["--connect", endpoint]
     if listen:
         words += ["--listen", listen]
-    if variables.credentials:
-        words += ["--credentials", CREDENTIALS_FOLDER]
-    return words
+    if variables.authority:
+        return [*words, "--credentials", credentials_of(ROLES.get(kind, kind), name)]
+    return [*words, "--open-network"]

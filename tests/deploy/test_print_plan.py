@@ -10,6 +10,11 @@ from crcolony_deploy.print_plan import check_inventory
 from tests.support.inventories import GOOD, write
 
 
+@pytest.fixture(autouse=True)
+def _open_network(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CRCOLONY_OPEN_NETWORK", "yes")
+
+
 def test_people_read_what_runs_where(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """With ports."""
     path = write(tmp_path, GOOD)

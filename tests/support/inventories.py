@@ -10,6 +10,7 @@ colony:
     crcolony_colony: reef
     crcolony_topology: seeds
     crcolony_seeds: [field]
+    crcolony_open_network: true
   hosts:
     field:
       ansible_host: 10.0.0.1

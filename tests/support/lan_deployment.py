@@ -11,16 +11,19 @@ import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
+from tests.support.deployment import Deployment as CertifiedColony
 from tests.support.machines import Lan
 from tests.support.paths import PYTHONPATH, ROOT
-from tests.support.process import wait_until
+from tests.support.process import Process, wait_until
 from tests.support.process_colony import BUSY
 
+SEED = "tls/10.0.0.1:7447"
 PLAYBOOKS = ROOT / "deploy/ansible"
 _RECAP = re.compile(
     r"^(\S+) +: ok=\d+ +changed=(\d+) +unreachable=(\d+) +failed=(\d+) +skipped=\d+ +rescued=(\d+)",
@@ -64,6 +67,17 @@ class Deployment:
     hosts: dict[str, dict[str, Any]] = field(default_factory=dict)
     wheelhouse: str = "wheelhouse"
 
+    @cached_property
+    def certified(self) -> CertifiedColony:
+        """The authority, which is on the laptop."""
+        return CertifiedColony(self.folder, "reef")
+
+    @cached_property
+    def observer(self) -> tuple[str, ...]:
+        """Options with which the laptop watches the colony."""
+        credentials = self.certified.member("observer", "laptop")
+        return ("--connect", SEED, "--credentials", str(credentials))
+
     @property
     def inventory(self) -> Path:
         """The file."""
@@ -82,6 +96,7 @@ class Deployment:
             "crcolony_colony": "reef",
             "crcolony_topology": "seeds",
             "crcolony_seeds": ["field"],
+            "crcolony_authority": str(self.certified.authority.folder),
             "crcolony_wheelhouse": self.wheelhouse,
             "crcolony_settings": {key: yaml.safe_load(value) for key, value in settings.items()},
         }
@@ -129,18 +144,24 @@ class Deployment:
         """Collect a wheelhouse of a checkout for this kind of machine, and return the id of its version."""
         done = subprocess.run(
             [sys.executable, "-m", "crcolony", "deploy", "wheelhouse", str(self.folder / name),
-             "--source", str(source), "--machine", os.uname().machine],
+             "--source", str(source), "--machine", os.uname().machine, "--extra", "deploy"],
             capture_output=True, text=True, timeout=200, check=False,
             env=os.environ | {"PYTHONPATH": PYTHONPATH},
         )  # fmt: skip
         assert done.returncode == 0, done.stdout + done.stderr
         return str(json.loads((self.folder / name / "manifest.json").read_text())["id"])
 
+    def on_laptop(self, *words: str) -> "LaptopCommand":
+        """Return a command of crcolony on the laptop, which is not started yet."""
+        log = self.folder / f"laptop-{words[0]}-{time.monotonic_ns()}.log"
+        command = [sys.executable, "-m", "crcolony", *words]
+        return LaptopCommand(command, log, self.lan.laptop.before)
+
     def robots(self) -> dict[str, dict[str, Any]]:
         """Return what the laptop sees of each robot that is alive, by its id."""
         done = subprocess.run(
             [*self.lan.laptop.before, sys.executable, "-m", "crcolony", "status", "--json",
-             "--colony", "reef", "--connect", "tcp/10.0.0.1:7447"],
+             "--colony", "reef", *self.observer],
             capture_output=True, text=True, timeout=30, check=False,
             env=os.environ | {"PYTHONPATH": PYTHONPATH},
         )  # fmt: skip
@@ -168,6 +189,17 @@ class Deployment:
             )
 
         wait_until(have_mated, f"{len(robots)} robots have {more} more matings", within_s)
+
+
+class LaptopCommand(Process):
+    """A command of the laptop."""
+
+    def run(self) -> str:
+        """Run it to its end, and return what it prints."""
+        self.start()
+        code = self.wait(60.0)
+        assert code == 0, self.output
+        return self.output
 
 
 @contextlib.contextmanager

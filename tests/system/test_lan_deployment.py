@@ -10,10 +10,12 @@ from pathlib import Path
 import pytest
 
 from tests.support import namespaces
-from tests.support.lan_deployment import Deployment, changed_checkout, deployment
+from tests.support.deployment import Deployment as CertifiedColony
+from tests.support.lan_deployment import SEED, Deployment, changed_checkout, deployment
 from tests.support.machines import Machine, machines, needs_machines
 from tests.support.paths import ROOT
-from tests.support.process import wait_until
+from tests.support.process import Process, wait_until
+from tests.support.process_colony import settings
 
 pytestmark = [needs_machines, pytest.mark.alone, pytest.mark.timeout(900)]
 
@@ -39,7 +41,7 @@ def made(tmp_path: Path) -> Iterator[Deployment]:
         made.hosts = {
             machine.name: {"ansible_host": machine.host.address} for machine in lan.machines
         }
-        made.hosts["field"]["crcolony_arenas"] = [{"name": "pond", "robots": 3, "speed": 3}]
+        made.hosts["field"]["crcolony_arenas"] = [{"name": "pond", "robots": 4, "speed": 3}]
         for name in ROBOTS:
             made.hosts[name]["crcolony_robots"] = [name]
         yield made
@@ -55,6 +57,7 @@ def test_a_lan_from_an_inventory_to_a_colony_and_back(made: Deployment) -> None:
     the_playbook_makes_a_colony(made, show)
     the_second_run_changes_nothing(made, show)
     nothing_secret_is_readable(made, show)
+    a_guest_enrolls_and_is_revoked(made, show)
     a_hung_robot_is_restarted(lan.by_name("eve"), show)
     a_host_is_cut_off_and_comes_back(made, show)
     a_host_is_rebooted(made, show)
@@ -177,6 +180,54 @@ def nothing_secret_is_readable(made: Deployment, show: Show) -> None:
         doctor = machine.run("/opt/crcolony/current/bin/python", "-m", "crcolony", "doctor")
         assert "PROBLEM" not in doctor, doctor
     show.say("keys are 0600 and in no log; only the planned ports listen; doctor: no problem")
+
+
+def a_guest_enrolls_and_is_revoked(made: Deployment, show: Show) -> None:
+    """With a PIN it mates a moment later; a stranger sees nothing; revoked, it mates with nobody after a second."""
+    stranger = CertifiedColony(made.folder / "elsewhere", "reef").member("observer", "stranger")
+    seen = made.on_laptop("status", "--connect", SEED, "--credentials", str(stranger))
+    assert "0 robots alive" in seen.run()
+    guest = enrolled_guest(made)
+    guest.wait_for("mated with", within_s=60.0)
+    show.say("a stranger sees nothing; a guest enrolled with a PIN and mates")
+    operator = made.certified.member("operator", "me")
+    authority = str(made.certified.authority.folder)
+    published = made.on_laptop(
+        "authority", "revoke", authority, "guest",
+        "--connect", SEED, "--credentials", str(operator),
+    ).run()  # fmt: skip
+    revoked_s = time.monotonic()
+    matings = guest.output.count("mated with")
+    robot = guest.output.partition("robot ")[2].split()[0]
+    assert " processes that are online have it" in published
+    wait_until(lambda: robot not in made.robots(), "the guest is gone", 20.0)
+    gone_s = time.monotonic() - revoked_s
+    made.wait_for_matings({made.id_of(name) for name in ROBOTS}, 1)
+    assert guest.output.count("mated with") == matings
+    guest.kill()
+    show.say(f"the guest is revoked: no mating any more, gone for all after {gone_s:.1f} s")
+
+
+def enrolled_guest(made: Deployment) -> Process:
+    """Enroll a robot of the laptop with an invitation, and start it."""
+    authority, address = str(made.certified.authority.folder), f"{made.lan.laptop.address}:7448"
+    service = made.on_laptop("authority", "serve", authority, "--at", address)
+    service.start().wait_for("authority of colony reef")
+    try:
+        invited = made.on_laptop("authority", "invite", authority, "robot", "guest").run()
+        invitation = invited.partition("--invitation ")[2].split()[0]
+        folder, credentials = made.folder / "guest", str(made.folder / "guest-credentials")
+        made.on_laptop("keygen", str(folder / "key")).run()
+        made.on_laptop(
+            "enroll", "robot", "guest", "--key", str(folder / "key"), "--out", credentials,
+            "--at", address, "--invitation", invitation,
+        ).run()  # fmt: skip
+    finally:
+        service.kill()
+    return made.on_laptop(
+        "robot", *settings(), "--colony", "reef", "--arena", "pond", "--out", str(folder),
+        "--connect", SEED, "--credentials", credentials,
+    ).start()  # fmt: skip
 
 
 def a_hung_robot_is_restarted(machine: Machine, show: Show) -> None:

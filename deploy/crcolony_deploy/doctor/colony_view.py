@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from crcolony.protocol.key_expressions import ColonyKeys, parse_incompatible_peer
 from crcolony.telemetry.robot_status import ArenaStatus, RobotStatus
 from crcolony.telemetry.subscriber import TelemetrySubscriber
-from crcolony.transport.close_session import closing
+from crcolony.transport.brief_session import brief_session
 from crcolony.transport.interface import NetworkError
 from crcolony.transport.network_settings import NetworkSettings
-from crcolony.transport.zenoh_session import has_links, open_session
+from crcolony.transport.zenoh_session import has_links
 from crcolony.transport.zenoh_tokens import tokens_online
 
 _POLL_S = 0.1
@@ -38,7 +38,7 @@ def view_colony(
 ) -> ColonyView:
     """Return what is received within some seconds; it ends earlier when the robots that are online are enough."""
     try:
-        with closing(open_session(network)) as session:
+        with brief_session(network) as session:
             subscriber = TelemetrySubscriber(session)
             offsets_s: dict[bytes, float] = {}
             end_s = time.monotonic() + seconds

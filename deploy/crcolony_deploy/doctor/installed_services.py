@@ -98,6 +98,16 @@ def read_services(folder: Path) -> list[InstalledService]:
     return services
 
 
+def observer_network(folder: Path) -> NetworkSettings | None:
+    """Return how this host watches its colony, as a playbook has written it; None if none has."""
+    try:
+        text = (folder / "observer").read_text("utf-8")
+        words = tuple(shlex.split(text.partition("=")[2]))
+    except (OSError, ValueError):
+        return None
+    return InstalledService("observer", "", words).network
+
+
 def network_of_services(services: list[InstalledService]) -> NetworkSettings:
     """Return how somebody reaches the colony of these services from their host, with the credentials of one of them."""
     for service in services:

@@ -9,8 +9,11 @@ from tests.support.command_line import refusal
 from tests.support.inventories import GOOD, write
 
 
-def test_a_valid_inventory_is_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_valid_inventory_is_printed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """It ends with 0."""
+    monkeypatch.setenv("CRCOLONY_OPEN_NETWORK", "yes")
     assert main(["deploy", "check", str(write(tmp_path, GOOD))]) == 0
     assert capsys.readouterr().out.endswith("inventory.yml: valid\n")
 

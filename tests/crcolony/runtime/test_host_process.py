@@ -62,7 +62,10 @@ class RecordingTransport:
 
 
 class NoConnection:
-    """A connection of which nothing is due."""
+    """A connection of which nothing is due, without a roster."""
+
+    def on_roster(self, handle: Any) -> None:
+        pass
 
     def handle_timers(self, now_s: float) -> None:
         pass

@@ -43,8 +43,8 @@ class LinkRecovery:
         self._offline.pop(peer, None)
 
     def handle_offline(self, now_s: float, peer: RobotId) -> None:
-        """Suspect a robot that went offline."""
-        if len(self._offline) < _MAX_SUSPECTS:
+        """Suspect a robot that went offline; not the robot itself, whose former session has gone with its token."""
+        if peer != self._robot and len(self._offline) < _MAX_SUSPECTS:
             self._offline[peer] = now_s
 
     def handle_contact(self, now_s: float, peer: RobotId, is_online: bool) -> str | None:

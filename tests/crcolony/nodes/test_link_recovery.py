@@ -42,6 +42,13 @@ def test_a_robot_that_went_offline_and_acts_is_a_reason_to_reconnect(links: Link
     assert links.handle_scene(5.0, scene_of(PEER.id, is_lit=True)) is not None
 
 
+def test_a_robot_does_not_suspect_itself(links: LinkRecovery) -> None:
+    """A token of its own goes whenever its session is renewed; it would reconnect for nothing."""
+    links.handle_offline(0.0, ME.id)
+    assert not links.needs_scene
+    assert links.handle_scene(100.0, scene_of(ME.id, is_lit=True)) is None
+
+
 def test_the_robot_with_the_larger_id_waits_three_times_as_long() -> None:
     """So that only one of the two reconnects."""
     links = LinkRecovery(PEER.id, COLONY)

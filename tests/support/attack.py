@@ -4,7 +4,7 @@ import contextlib
 import sys
 import time
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,10 +14,13 @@ import zenoh
 from zenoh.handlers import Callback
 
 from crcolony.protocol.key_expressions import ArenaKeys
+from crcolony.storage.files import KEY_FILE
+from crcolony.transport.close_session import closing
 from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.zenoh_session import open_session
 from tests.support.process import Process
 from tests.support.process_colony import Colony, View, colony, settle
+from tests.support.secured_colony import secured_colony
 
 HZ, ROBOTS = 20.0, 4
 MIB = 2**20
@@ -42,8 +45,16 @@ class Figures:
 class Siege:
     """A colony, and a hostile peer that attacks it."""
 
-    def __init__(self, made: Colony, view: View, session: zenoh.Session, folder: Path) -> None:
+    def __init__(
+        self,
+        made: Colony,
+        view: View,
+        session: zenoh.Session,
+        folder: Path,
+        insider: Sequence[Path] = (),
+    ) -> None:
         self.made, self.view, self._folder = made, view, folder
+        self.session, self.insider = session, insider
         self._actions: defaultdict[str, list[float]] = defaultdict(list)
         self._subscriber = session.declare_subscriber(
             ArenaKeys("arena").all_actions, Callback(self._on_action, indirect=False)
@@ -84,7 +95,7 @@ class Siege:
 
     @contextlib.contextmanager
     def attacked(self, attack: str) -> Iterator[Process]:
-        """Run a hostile peer inside the context."""
+        """Run a hostile peer inside the context, with one attack or several, with commas between them."""
         robots = [robot.id.hex() for robot in self.made.robots]
         arguments = [
             "-m",
@@ -94,6 +105,8 @@ class Siege:
             self.made.endpoint,
             *robots,
         ]
+        if self.insider:
+            arguments += ["--insider", *map(str, self.insider)]
         hostile = Process([sys.executable, *arguments], self._folder / f"{attack}.log").start()
         try:
             hostile.wait_for("attacking")
@@ -115,3 +128,16 @@ def siege(folder: Path) -> Iterator[Siege]:
         settle(made, view)
         with open_session(NetworkSettings(connect=(made.endpoint,))) as session:
             yield Siege(made, view, session, folder)
+
+
+@contextlib.contextmanager
+def secured_siege(folder: Path) -> Iterator[Siege]:
+    """The same of a colony with certificates, whose attacker is a robot of its own, with a certificate."""
+    with secured_colony(folder, ROBOTS, HZ) as secured:
+        made = secured.made
+        key, credentials = secured.deployment.robot("insider")
+        spying = secured.insider("router", "spy")
+        settle(made, secured.view)
+        with closing(secured.open_session(spying)) as session:
+            insider = (key / KEY_FILE, credentials, spying)
+            yield Siege(made, secured.view, session, folder, insider)

@@ -7,7 +7,8 @@ robots' public keys and the protocol. It prints `attacking` once it does.
 import argparse
 import itertools
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -15,10 +16,10 @@ from crcolony.body.contract import OBSERVATION_WIDTH
 from crcolony.protocol.body_messages import Join, Observation, pack_row
 from crcolony.protocol.codec import MAX_ENVELOPE_BYTES, encode
 from crcolony.protocol.envelope import SignedEnvelope, sign_message
-from crcolony.protocol.identity import Identity
+from crcolony.protocol.identity import Identity, load_key
 from crcolony.protocol.mating_messages import Accept, Commit, MatingMessage, Propose
 from crcolony.protocol.telemetry_messages import HistoryRequest, RobotState
-from tests.support.hostile_session import ARENA, COLONY, DIGEST, Hostile
+from tests.support.hostile_session import ARENA, COLONY, DIGEST, Hostile, Insider
 
 BURSTS_PER_S = 100.0
 """How many times a second an attack sends what is due."""
@@ -260,25 +261,37 @@ ATTACKS: dict[str, tuple[Callable[[Hostile], Callable[[], None]], float]] = {
 def main() -> None:
     """Attack until killed."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("attack", choices=ATTACKS)
+    parser.add_argument("attacks", help="of ATTACKS, with commas between them")
     parser.add_argument("--connect", required=True)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument(
+        "--insider", type=Path, nargs=3, metavar=("KEY", "CREDENTIALS", "SPYING"), default=()
+    )
     parser.add_argument("robots", nargs="+", type=bytes.fromhex)
     options = parser.parse_args()
-    peer = Hostile(options.connect, options.robots, options.seed)
+    peer = Hostile(options.connect, options.robots, options.seed, insider_of(options.insider))
     while not peer.is_ready:
         time.sleep(0.05)
-    attack, per_s = ATTACKS[options.attack]
-    shoot = attack(peer)
+    attacks = [ATTACKS[name] for name in options.attacks.split(",")]
+    shooting = [(attack(peer), per_s) for attack, per_s in attacks]
     print("attacking", flush=True)
-    started_s, shots = time.monotonic(), 0
+    started_s, shots = time.monotonic(), [0] * len(shooting)
     while True:
-        due = int((time.monotonic() - started_s) * per_s)
-        while shots < due:
-            shoot()
-            shots += 1
-        print(f"{shots} shots", flush=True)
+        for number, (shoot, per_s) in enumerate(shooting):
+            due = int((time.monotonic() - started_s) * per_s)
+            while shots[number] < due:
+                shoot()
+                shots[number] += 1
+        print(f"{sum(shots)} shots", flush=True)
         time.sleep(1.0 / BURSTS_PER_S)
+
+
+def insider_of(paths: Sequence[Path]) -> Insider | None:
+    """Return the robot that attacks, None for somebody outside."""
+    if not paths:
+        return None
+    key, credentials, spying = paths
+    return Insider(load_key(key), credentials, spying)
 
 
 if __name__ == "__main__":

@@ -4,6 +4,8 @@ import random
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import zenoh
@@ -12,26 +14,40 @@ from zenoh.handlers import Callback
 from crcolony.config import Config
 from crcolony.protocol.body_messages import Observation, decode_observation
 from crcolony.protocol.codec import WireError
-from crcolony.protocol.envelope import open_envelope
+from crcolony.protocol.envelope import has_valid_signature, open_envelope
 from crcolony.protocol.identity import Identity, robot_id
 from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
 from crcolony.protocol.mating_messages import Encounter, MatingMessage, Propose
 from crcolony.robot.genes import agent_schema
 from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.zenoh_session import open_session
+from tests.support.lawless_session import open_lawless_session
 
 COLONY, ARENA = "colony", "arena"
 SCHEMA = agent_schema(Config().learning, Config().heredity)
 DIGEST = bytes.fromhex(SCHEMA.digest)
 
 
+@dataclass(frozen=True)
+class Insider:
+    """A robot of a deployment that has turned hostile."""
+
+    identity: Identity
+    credentials: Path
+    """The robot's own; it obeys no access control itself"""
+    spying: Path
+    """Credentials of a router, with which it hears everything: more than it could"""
+
+
 class Hostile:
     """What an attacker knows, and how it reaches a colony."""
 
-    def __init__(self, endpoint: str, robots: list[bytes], seed: int) -> None:
+    def __init__(
+        self, endpoint: str, robots: list[bytes], seed: int, insider: Insider | None = None
+    ) -> None:
         self.robots = robots
         self.chance = random.Random(seed)
-        self.me = Identity(self.chance.randbytes(32))
+        self.me = Identity(self.chance.randbytes(32)) if insider is None else insider.identity
         self.recorded: deque[tuple[bytes, bytes, MatingMessage]] = deque(maxlen=2_000)
         """Receiver, envelope and message of what honest robots sent"""
         self.keys: dict[bytes, bytes] = {}
@@ -41,9 +57,14 @@ class Hostile:
         self.observations: dict[bytes, Observation] = {}
         self.colony, self.arena = ColonyKeys(COLONY), ArenaKeys(ARENA)
         self._publishers: dict[str, zenoh.Publisher] = {}
-        self.session = open_session(NetworkSettings(connect=(endpoint,)))
+        if insider is None:
+            self.session = self._listening = open_session(NetworkSettings(connect=(endpoint,)))
+        else:
+            self.session = open_lawless_session(endpoint, insider.credentials)
+            network = NetworkSettings(connect=(endpoint,), credentials=insider.spying)
+            self._listening = open_session(network)
         self._subscribers = [
-            self.session.declare_subscriber(key, Callback(handler(robot), indirect=False))
+            self._listening.declare_subscriber(key, Callback(handler(robot), indirect=False))
             for robot in robots
             for key, handler in (
                 (self.colony.inbox(robot), self._record_envelope),
@@ -59,7 +80,8 @@ class Hostile:
             except WireError:
                 return
             sender = robot_id(envelope.key)
-            if sender in self.robots:
+            # One that listens in another session than it attacks in hears itself, too.
+            if sender in self.robots and has_valid_signature(envelope, COLONY):
                 self.keys[sender] = envelope.key
                 self.recorded.append((receiver, data, message))
 

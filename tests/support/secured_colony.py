@@ -1,17 +1,14 @@
 """A colony of real processes in a deployment: every process has a certificate, and an operator's commands reach it."""
 
 import contextlib
-import json
 from collections.abc import Iterator
 from pathlib import Path
 
-import zenoh
-
 from crcolony.protocol.roster import Role
 from crcolony.transport.network_settings import NetworkSettings
-from crcolony.transport.zenoh_config import zenoh_config
 from crcolony.transport.zenoh_session import Session, open_session
 from tests.support.deployment import Deployment
+from tests.support.lawless_session import open_lawless_session
 from tests.support.process import Process, Robot
 from tests.support.process_colony import Colony, View, colony
 
@@ -70,9 +67,7 @@ class SecuredColony:
 
     def open_lawless_session(self, credentials: Path) -> Session:
         """Open a session of a member that obeys no access control itself."""
-        config = zenoh_config(self._network(credentials))
-        del config["access_control"]
-        return zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
+        return open_lawless_session(self.made.endpoint, credentials)
 
     def _network(self, credentials: Path) -> NetworkSettings:
         return NetworkSettings(connect=(self.made.endpoint,), credentials=credentials)

@@ -4,7 +4,6 @@ import datetime
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +17,6 @@ from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
 from crcolony.protocol.telemetry_messages import Exchanged
 from crcolony.transport.close_session import closing
 from crcolony.transport.network_settings import NetworkSettings
-from crcolony.transport.zenoh_samples import callback
 from crcolony.transport.zenoh_session import has_links, open_session
 from tests.support.deployment import Deployment
 from tests.support.mating_audit import check_ledger
@@ -26,6 +24,7 @@ from tests.support.observer import EventReceived, Token
 from tests.support.process import wait_until
 from tests.support.process_colony import settle
 from tests.support.secured_colony import SecuredColony, secured_colony
+from tests.support.spy import Spy
 
 COLONY, ARENA = ColonyKeys("colony"), ArenaKeys("arena")
 
@@ -35,28 +34,6 @@ def secured(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SecuredColony]
     with secured_colony(tmp_path_factory.mktemp("secured")) as made:
         made.view.wait_for_matings(4)
         yield made
-
-
-class Spy:
-    """Everything that is said in a colony, as a member receives it that everybody tells everything."""
-
-    def __init__(self, session: zenoh.Session) -> None:
-        self.heard: set[tuple[str, bytes]] = set()
-        """Key, and payload; of tokens the payload is empty"""
-        self._entities: list[Any] = [
-            session.declare_subscriber("crcolony/**", callback(self._on_sample)),
-            session.liveliness().declare_subscriber("crcolony/**", callback(self._on_sample)),
-            session.declare_queryable("crcolony/**", callback(self._on_query)),
-        ]
-
-    def _on_sample(self, sample: zenoh.Sample) -> None:
-        if sample.kind == zenoh.SampleKind.PUT:
-            self.heard.add((str(sample.key_expr), sample.payload.to_bytes()))
-
-    def _on_query(self, query: zenoh.Query) -> None:
-        with query:
-            payload = b"" if query.payload is None else query.payload.to_bytes()
-            self.heard.add((str(query.key_expr), payload))
 
 
 def test_only_a_member_is_connected(secured: SecuredColony, tmp_path: Path) -> None:

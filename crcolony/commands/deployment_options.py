@@ -21,6 +21,10 @@ def check_packages() -> None:
 
 def host_and_port(text: str) -> tuple[str, int]:
     """Return the parts of HOST:PORT; raises UsageError."""
+    if not text:
+        raise UsageError(
+            f"--at HOST:PORT: where is the authority, as in 10.0.0.5:{AUTHORITY_PORT}?"
+        )
     host, colon, port = text.rpartition(":")
     is_port = port.isascii() and port.isdigit() and len(port) <= 5 and int(port) < 65536
     if not (colon and host and is_port):

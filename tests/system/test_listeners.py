@@ -1,6 +1,7 @@
 """Every kind of process listens where docs/secure_a_colony.md says, and nowhere else."""
 
 import re
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -37,7 +38,7 @@ READY = {
 
 def documented() -> dict[str, tuple[set[str], set[str]]]:
     """Return what stands in the table: by process, what it listens on over TCP, and over UDP."""
-    found = {}
+    found: dict[str, tuple[set[str], set[str]]] = {}
     for line in DOCUMENT.splitlines():
         cells = [cell.strip() for cell in line.strip("|").split("|")]
         if len(cells) == 3 and (names := re.findall(r"`crcolony ([^`]+)`", cells[0])):
@@ -124,7 +125,7 @@ def household(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Household]:
         finally:
             for process in made.processes.values():
                 if process.is_running:
-                    process.signal(15)
+                    process.signal(signal.SIGTERM)
             for process in made.processes.values():
                 process.wait(30.0)
 

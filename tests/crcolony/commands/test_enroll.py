@@ -20,6 +20,7 @@ from tests.support.command_line import Refused, start_command, wait_for_line
         ),
         ("enroll --out c --invitation x", "which member?"),
         ("enroll robot kitchen --out c --invitation x --at here", "--at here: expected HOST:PORT"),
+        ("enroll robot kitchen --out c --invitation x", "--at HOST:PORT: where is the authority"),
         ("enroll robot a.b --out c --invitation x", "a member's name has"),
         ("enroll robot x --key none --out c --request r", "none: cannot be read"),
         ("enroll --renew --out none", "none/enrollment.json: No such file"),

@@ -94,7 +94,7 @@ def _validity(credentials: Credentials, now_unix_s: float) -> Finding:
         return problem(
             f"{name}: expired {-left_s / _HOUR_S:.1f} h ago: nobody connects with it", renewal
         )
-    text = f"{name}: {age_h:.1f} h old, ends in {left_s / _HOUR_S:.1f} h"
+    text = f"{name}: began {age_h:.1f} h ago, ends in {left_s / _HOUR_S:.1f} h"
     if left_s < (valid.ends_unix_s - valid.begins_unix_s) / 3.0:
         return warning(f"{text}: the renewal timer does not run", renewal)
     due_s = valid.renewal_unix_s - now_unix_s

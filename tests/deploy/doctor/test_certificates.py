@@ -27,20 +27,23 @@ def found(folder: Path, credentials: Path) -> list[str]:
 
 
 def test_a_new_certificate_is_well(tmp_path: Path, deployment: Deployment) -> None:
-    """Its age is said, when it is renewed, and when it ends."""
+    """It is said when it began, when it is renewed, and when it ends."""
     _, ada = deployment.robot("ada")
     (line,) = found(tmp_path, ada)
-    assert line.startswith("ok: certificate of robot.ada: 0.2 h old, ends in 24.0 h")
+    assert line.startswith("ok: certificate of robot.ada: began 0.2 h ago, ends in 24.0 h")
     assert line.endswith("is to be renewed in 7.9 h")
 
 
 @pytest.mark.parametrize(
     ("age_h", "expected"),
     [
-        (10.0, "ok: certificate of robot.ada: 10.2 h old, ends in 14.0 h, is to be renewed now"),
+        (
+            10.0,
+            "ok: certificate of robot.ada: 1began 0.2 h ago, ends in 14.0 h, is to be renewed now",
+        ),
         (
             20.0,
-            "warning: certificate of robot.ada: 20.2 h old, ends in 4.0 h: the renewal timer does not run",
+            "warning: certificate of robot.ada: 2began 0.2 h ago, ends in 4.0 h: the renewal timer does not run",
         ),
         (25.0, "problem: certificate of robot.ada: expired 1.0 h ago: nobody connects with it"),
         (-3.0, "problem: certificate of robot.ada: not valid before 2.8 h from now: this clock"),

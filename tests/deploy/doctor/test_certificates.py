@@ -39,11 +39,11 @@ def test_a_new_certificate_is_well(tmp_path: Path, deployment: Deployment) -> No
     [
         (
             10.0,
-            "ok: certificate of robot.ada: 1began 0.2 h ago, ends in 14.0 h, is to be renewed now",
+            "ok: certificate of robot.ada: began 10.2 h ago, ends in 14.0 h, is to be renewed now",
         ),
         (
             20.0,
-            "warning: certificate of robot.ada: 2began 0.2 h ago, ends in 4.0 h: the renewal timer does not run",
+            "warning: certificate of robot.ada: began 20.2 h ago, ends in 4.0 h: the renewal timer does not run",
         ),
         (25.0, "problem: certificate of robot.ada: expired 1.0 h ago: nobody connects with it"),
         (-3.0, "problem: certificate of robot.ada: not valid before 2.8 h from now: this clock"),

@@ -16,6 +16,8 @@ from crcolony.transport.zenoh_session import Session, has_links, open_session
 _TIMEOUT_S = 1.5
 _ANSWER_S = 0.4
 """So long after it is connected a newer roster has arrived, if anybody has one."""
+_ADMISSION_S = 4.0
+"""So long after a newer roster was published everybody acts by it (`connection.py`)."""
 _POLL_S = 0.02
 
 
@@ -24,7 +26,7 @@ def brief_session(network: NetworkSettings) -> Iterator[Session]:
     """Have a session inside the context; raises NetworkError as `open_session` does."""
     session = open_session(network)
     try:
-        if network.credentials is not None and _learns_newer_roster(network, session):
+        if network.credentials is not None and _exchange_rosters(network, session):
             close_session(session)
             session = open_session(network)
         yield session
@@ -32,8 +34,11 @@ def brief_session(network: NetworkSettings) -> Iterator[Session]:
         close_session(session)
 
 
-def _learns_newer_roster(network: NetworkSettings, session: Session) -> bool:
-    """Return whether a newer roster has arrived, which is in the folder of credentials then."""
+def _exchange_rosters(network: NetworkSettings, session: Session) -> bool:
+    """Return whether a newer roster has arrived, which is in the folder of credentials then.
+
+    If the others had an older one, in which this member may not be yet, wait until they have opened other sessions.
+    """
     assert network.credentials is not None
     exchange = RosterExchange(session, load_credentials(network.credentials))
     end_s = time.monotonic() + _TIMEOUT_S
@@ -44,4 +49,6 @@ def _learns_newer_roster(network: NetworkSettings, session: Session) -> bool:
         if not is_linked and has_links(session):
             is_linked, end_s = True, min(end_s, time.monotonic() + _ANSWER_S)
         time.sleep(_POLL_S)
+    if exchange.has_published:
+        time.sleep(_ADMISSION_S)
     return False

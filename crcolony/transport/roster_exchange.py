@@ -35,6 +35,8 @@ class RosterExchange:
         self._announced: SimpleQueue[bytes] = SimpleQueue()
         self._rosters: SimpleQueue[bytes] = SimpleQueue()
         self._is_linked = False
+        self.has_published = False
+        """Whether others had an older roster: they give this member its rights within some seconds"""
         self._entities: list[Any] = []
         self._session = session
         self.move_to(session)
@@ -78,6 +80,7 @@ class RosterExchange:
                 case Announce(message):
                     self._put(roster_serial_key(self._colony), message)
                 case Publish(roster):
+                    self.has_published = True
                     self._put(roster_key(self._colony), roster)
                 case Request(message):
                     self._session.get(

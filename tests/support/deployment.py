@@ -16,10 +16,13 @@ class Deployment:
 
     def __init__(self, folder: Path, colony: str = "colony", lifetime_h: float = 24.0) -> None:
         self.folder, self.colony = folder, colony
-        self.authority = Authority.create(
-            folder / "authority", AuthoritySettings(colony, lifetime_h)
-        )
+        Authority.create(folder / "authority", AuthoritySettings(colony, lifetime_h))
         self.applicants: dict[Path, Applicant] = {}
+
+    @property
+    def authority(self) -> Authority:
+        """The authority as it is now: commands change it, too."""
+        return Authority.load(self.folder / "authority")
 
     def member(
         self, role: Role, name: str, *robots: Identity, arenas: tuple[str, ...] = ()
@@ -38,12 +41,11 @@ class Deployment:
     def renew(self, credentials: Path, lifetime: datetime.timedelta | None = None) -> None:
         """Give a member its next certificate, with another lifetime if one is given."""
         request = request_membership(credentials, self.applicants[credentials])
-        settings = self.authority.settings
+        authority = self.authority
         if lifetime is not None:
             hours = lifetime.total_seconds() / 3600.0
-            self.authority.settings = AuthoritySettings(self.colony, hours)
-        install_grant(credentials, self.authority.admit(request))
-        self.authority.settings = settings
+            authority.settings = AuthoritySettings(self.colony, hours)
+        install_grant(credentials, authority.admit(request))
 
     def distribute_roster(self) -> None:
         """Write the newest roster into the folders of all members, as if it had reached them all."""

@@ -85,6 +85,7 @@ class Deployment:
 
     def write(self, hosts: dict[str, dict[str, Any]] | None = None) -> Path:
         """Write the inventory, with these hosts or its own."""
+        assert self.observer  # admitted before the others learn who is
         settings = dict(setting.split("=", 1) for setting in BUSY)
         settings.pop("generations")
         variables = {

@@ -5,6 +5,7 @@ A person sees the same with `make demo-lan`.
 
 import time
 from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -57,14 +58,29 @@ def test_a_lan_from_an_inventory_to_a_colony_and_back(made: Deployment) -> None:
     the_playbook_makes_a_colony(made, show)
     the_second_run_changes_nothing(made, show)
     nothing_secret_is_readable(made, show)
+    later = collected_meanwhile(made)
     a_guest_enrolls_and_is_revoked(made, show)
     a_hung_robot_is_restarted(lan.by_name("eve"), show)
     a_host_is_cut_off_and_comes_back(made, show)
     a_host_is_rebooted(made, show)
     a_host_is_replaced(made, show)
-    a_broken_version_is_rolled_back(made, show, version)
-    a_good_version_is_rolled_out(made, show)
+    a_broken_version_is_rolled_back(made, show, version, later["broken"].result())
+    a_good_version_is_rolled_out(made, show, later["good"].result())
     uninstalling_leaves_nothing(made, show)
+
+
+def collected_meanwhile(made: Deployment) -> dict[str, Future[str]]:
+    """Collect two later versions while the laptop has nothing else to do; one of them fails at its start."""
+    pool = ThreadPoolExecutor(1)
+    return {
+        name: pool.submit(_collect, made, name, version)
+        for name, version in (("broken", "0.99.1"), ("good", "0.99.2"))
+    }
+
+
+def _collect(made: Deployment, name: str, version: str) -> str:
+    source = changed_checkout(made.folder / name, version, is_broken=name == "broken")
+    return made.collect(source, f"wheelhouse-{name}")
 
 
 def is_untouched(machine: Machine) -> bool:
@@ -300,12 +316,12 @@ def a_host_is_replaced(made: Deployment, show: Show) -> None:
     show.say(f"eve's host was replaced by an empty one: the same robot, with {restored} matings")
 
 
-def a_broken_version_is_rolled_back(made: Deployment, show: Show, version: str) -> None:
+def a_broken_version_is_rolled_back(
+    made: Deployment, show: Show, version: str, broken: str
+) -> None:
     """Its robots fail at their start: the first host gets its former version back, the next one is not touched."""
     ada, bob = made.lan.by_name("ada"), made.lan.by_name("bob")
     robot, matings = made.id_of("ada"), made.robots()[made.id_of("ada")]["matings"]
-    source = changed_checkout(made.folder / "broken", "0.99.1", is_broken=True)
-    broken = made.collect(source, "wheelhouse-broken")
     assert broken.startswith("0.99.1+")
     made.wheelhouse = "wheelhouse-broken"
     made.write()
@@ -320,11 +336,10 @@ def a_broken_version_is_rolled_back(made: Deployment, show: Show, version: str) 
     show.say(f"{broken} is broken: ada runs {version} again, bob was not touched")
 
 
-def a_good_version_is_rolled_out(made: Deployment, show: Show) -> None:
+def a_good_version_is_rolled_out(made: Deployment, show: Show, good: str) -> None:
     """Host by host; robots keep their identities and memories."""
     before = {made.id_of(name): made.robots()[made.id_of(name)] for name in ("ada", "bob")}
-    good = made.collect(changed_checkout(made.folder / "good", "0.99.2", is_broken=False), "next")
-    made.wheelhouse = "next"
+    made.wheelhouse = "wheelhouse-good"
     made.write()
     played = made.play("upgrade", "--limit", "ada,bob")
     assert played.code == 0, played.output

@@ -32,15 +32,18 @@ def is_due(folder: Path) -> bool:
         return True
 
 
+given = json.load(sys.stdin)
 user = pwd.getpwnam("crcolony")
-if not STATE.exists():
-    STATE.mkdir(mode=0o755)
-    os.chown(STATE, user.pw_uid, user.pw_gid)
+STATE.mkdir(mode=0o755, exist_ok=True)
+keys_of_robots = [Path(member["key"]) for member in given["members"] if member["key"]]
+for folder in {STATE / "credentials", *(key.parent for key in keys_of_robots)}:
+    if not folder.exists():
+        folder.mkdir(mode=0o750)
+        os.chown(folder, user.pw_uid, user.pw_gid)
 os.setgroups([])
 os.setgid(user.pw_gid)
 os.setuid(user.pw_uid)
 os.umask(0o077)
-given = json.load(sys.stdin)
 requests = {}
 for member in given["members"]:
     folder = Path(member["folder"])

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from crcolony_deploy.doctor import certificates
 from crcolony_deploy.doctor.certificates import check_certificates
+from crcolony_deploy.member_folder import install_grant, request_membership
 
 from tests.support.deployment import Deployment
 from tests.support.examined_hosts import host_of, lines, service
@@ -54,8 +55,10 @@ def test_the_age_of_a_certificate_is_judged(
 ) -> None:
     """Due, so late that nobody renews it, expired, or of a time to come: then the clock is behind."""
     then = datetime.datetime.now(datetime.UTC) - datetime.timedelta(hours=age_h)
-    deployment.authority.now = lambda: then
     _, ada = deployment.robot("ada")
+    authority = deployment.authority
+    authority.now = lambda: then
+    install_grant(ada, authority.admit(request_membership(ada, deployment.applicants[ada])))
     (line,) = found(tmp_path, ada)
     assert line.startswith(expected)
 

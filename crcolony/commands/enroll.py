@@ -35,7 +35,11 @@ def add_enroll(parser: argparse.ArgumentParser) -> None:
         help="an arena, of the roles arena, bridge and host; may be repeated",
     )
     how = parser.add_mutually_exclusive_group(required=True)
-    how.add_argument("--invitation", metavar="TEXT", help="as crcolony authority invite printed it")
+    how.add_argument(
+        "--invitation",
+        metavar="TEXT",
+        help="as crcolony authority invite printed it; -: ask for it, so that no list of processes has it",
+    )
     how.add_argument("--renew", action="store_true", help="get the next certificate")
     how.add_argument(
         "--request", type=Path, metavar="FILE", help="write a request, to be brought by file"
@@ -80,10 +84,19 @@ def _enroll(options: argparse.Namespace) -> int:
         print(f"{options.request}: request of {applicant.common_name}")
     else:
         host, port = host_and_port(options.at)
-        enroll(host, port, options.invitation, applicant, options.out)
+        invitation = options.invitation if options.invitation != "-" else _asked_invitation()
+        enroll(host, port, invitation, applicant, options.out)
         print(f"{options.out}: credentials of {applicant.common_name}")
     write_enrollment(options.out, options.at, options.key, options.arena)
     return EXIT_OK
+
+
+def _asked_invitation() -> str:
+    """Return an invitation that is typed, without showing it, or piped in."""
+    import getpass
+    import sys
+
+    return getpass.getpass("invitation: ") if sys.stdin.isatty() else sys.stdin.readline()
 
 
 def _renew(options: argparse.Namespace) -> int:

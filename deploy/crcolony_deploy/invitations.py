@@ -86,6 +86,7 @@ class InvitationBook:
     def _write(self, invitations: list[Invitation]) -> None:
         data = msgspec.json.format(msgspec.json.encode(invitations)) + b"\n"
         replace_file(self._path, lambda file: file.write(data))
+        self._path.chmod(0o600)
 
 
 def fingerprint_of(authority_key: bytes) -> str:

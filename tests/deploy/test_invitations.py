@@ -64,9 +64,10 @@ def test_a_second_invitation_replaces_the_first(book: InvitationBook) -> None:
 
 
 def test_a_pin_is_nowhere_on_the_disk(book: InvitationBook, tmp_path: Path) -> None:
-    """Only its hash."""
+    """Only its hash, for its owner alone."""
     pin = book.invite("robot", "kitchen", NOW_S, 60.0)
     assert all(pin.encode() not in path.read_bytes() for path in tmp_path.iterdir())
+    assert all(path.stat().st_mode & 0o077 == 0 for path in tmp_path.iterdir())
 
 
 def test_what_is_typed_has_a_pin_and_a_fingerprint() -> None:

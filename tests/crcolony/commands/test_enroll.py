@@ -1,5 +1,6 @@
 """`crcolony enroll`: get the credentials of a member of a deployment, or its next certificate."""
 
+import io
 from pathlib import Path
 
 import pytest
@@ -34,7 +35,7 @@ def test_wrong_options_are_refused_in_one_line(words: str, line: str, refused: R
 
 
 def test_a_robot_enrolls_with_what_an_invitation_prints(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The two machines of a person: the authority is served on one, and the line is typed on the other."""
     authority, out = tmp_path / "authority", tmp_path / "credentials"
@@ -48,6 +49,8 @@ def test_a_robot_enrolls_with_what_an_invitation_prints(
         assert main(["authority", "invite", str(authority), "robot", "kitchen"]) == 0
         line = capsys.readouterr().out.splitlines()[-1].split()
         assert line[0] == "crcolony"
+        monkeypatch.setattr("sys.stdin", io.StringIO(line[-1] + "\n"))
+        line[-1] = "-"  # piped in: typed on the command line, a list of processes would have it
         filled = {"FILE": str(tmp_path / "key"), "DIR": str(out), "HOST:PORT": address}
         assert main([filled.get(word, word) for word in line[1:]]) == 0
         assert main(["enroll", "--renew", "--if-due", "--out", str(out)]) == 0

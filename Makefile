@@ -37,7 +37,7 @@ demo-lan: $(VENV)/dev.stamp
 # Coverage runs beside the type checker, which uses one core: beside the system tests it would take the time of their processes.
 test: $(VENV)/dev.stamp
 	@$(MAKE) --no-print-directory -j2 $(SYNC) coverage checks compiled
-	@$(BIN)/python -m pytest -q -n 2 --dist loadfile $(REAL) $(DURATIONS) --ignore=tests/system --ignore=tests/robot_firmware_bridge
+	@$(BIN)/python -m pytest -q -n 3 --dist loadfile $(REAL) $(DURATIONS) --ignore=tests/system --ignore=tests/robot_firmware_bridge
 	@echo "robots: their firmware on emulated controllers, and simulators of their makers:"
 	@$(BIN)/python -m pytest -q -n 4 --dist loadfile $(REAL) $(DURATIONS) tests/robot_firmware_bridge
 	@echo "colonies of real processes, in network namespaces where this machine allows them:"

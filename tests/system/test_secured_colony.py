@@ -56,6 +56,19 @@ def test_only_a_member_is_connected(secured: SecuredColony, tmp_path: Path) -> N
         wait_until(lambda: has_links(session), "an operator is connected")
 
 
+def test_a_link_ends_with_its_certificate(secured: SecuredColony) -> None:
+    """Nobody renews it, as after a revocation: both sides close it, and it is not opened again."""
+    credentials = secured.insider("observer", "fleeting")
+    secured.deployment.renew(credentials, datetime.timedelta(seconds=5.0))
+    expires_s = time.monotonic() + 5.0
+    with closing(secured.open_lawless_session(credentials)) as session:
+        wait_until(lambda: has_links(session), "it is connected", 4.0)
+        wait_until(lambda: not has_links(session), "its links are closed", 10.0)
+        assert time.monotonic() > expires_s - 1.5
+        time.sleep(2.0)
+        assert not has_links(session)
+
+
 def put(session: zenoh.Session, key: str, data: bytes) -> object:
     return session.put(key, data)
 

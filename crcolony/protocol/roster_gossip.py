@@ -59,6 +59,8 @@ class RosterGossip:
         self, signed: bytes, roster: Roster, authority_key: bytes, chance: Callable[[], float]
     ) -> None:
         self.signed, self.roster = signed, roster
+        self.is_agreed = False
+        """Whether another member has announced that it has the same roster"""
         self._authority_key, self._chance = authority_key, chance
         self._due_s: dict[type[Action], float] = {}
         self._done_s: dict[type[Action], float] = {}
@@ -77,6 +79,8 @@ class RosterGossip:
             self._schedule(Publish, now_s, _ANSWER_DELAY_S * self._chance())
         elif serial > self.roster.serial:
             self._schedule(Request, now_s, _ANSWER_DELAY_S * self._chance())
+        else:
+            self.is_agreed = True
 
     def handle_roster(self, now_s: float, data: bytes) -> bool:
         """Handle a roster from anybody; return whether it is newer, genuine, and of this colony, and is adopted."""

@@ -13,9 +13,9 @@ from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.roster_exchange import RosterExchange
 from crcolony.transport.zenoh_session import Session, has_links, open_session
 
-_TIMEOUT_S = 1.5
-_ANSWER_S = 0.4
-"""So long after it is connected a newer roster has arrived, if anybody has one."""
+_TIMEOUT_S = 3.0
+_ANSWER_S = 2.0
+"""So long after it is connected somebody has said which roster it has: loops of others may wait half a second."""
 _ADMISSION_S = 4.0
 """So long after a newer roster was published everybody acts by it (`connection.py`)."""
 _POLL_S = 0.02
@@ -46,6 +46,8 @@ def _exchange_rosters(network: NetworkSettings, session: Session) -> bool:
     while time.monotonic() < end_s:
         if exchange.handle_timers(time.monotonic()):
             return True
+        if exchange.is_agreed:
+            break
         if not is_linked and has_links(session):
             is_linked, end_s = True, min(end_s, time.monotonic() + _ANSWER_S)
         time.sleep(_POLL_S)

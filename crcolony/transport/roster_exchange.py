@@ -46,6 +46,11 @@ class RosterExchange:
         """The newest roster."""
         return self._gossip.roster
 
+    @property
+    def is_agreed(self) -> bool:
+        """Whether another member has announced that it has the same roster."""
+        return self._gossip.is_agreed
+
     def move_to(self, session: zenoh.Session) -> Callable[[], None]:
         """Use another session; return a function that undeclares what the former one has."""
         former, self._session = self._entities, session

@@ -84,6 +84,7 @@ def test_a_member_that_all_agree_with_costs_one_announcement() -> None:
         network.connect()
     network.run(3.0)
     assert network.published == 0
+    assert all(one.is_agreed for one in network.members)
 
 
 @pytest.mark.parametrize(

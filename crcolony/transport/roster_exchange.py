@@ -56,9 +56,12 @@ class RosterExchange:
         former, self._session = self._entities, session
         key = roster_key(self._colony)
         session.info.declare_link_events_listener(callback(self._on_link), history=True)
+        others = zenoh.Locality.REMOTE
         self._entities = [
-            session.declare_subscriber(key, callback(self._on_roster)),
-            session.declare_subscriber(roster_serial_key(self._colony), callback(self._on_serial)),
+            session.declare_subscriber(key, callback(self._on_roster), allowed_origin=others),
+            session.declare_subscriber(
+                roster_serial_key(self._colony), callback(self._on_serial), allowed_origin=others
+            ),
             session.declare_queryable(key, callback(self._on_request)),
         ]
         return partial(undeclare_all, former)

@@ -18,7 +18,7 @@ from tests.support.paths import ROOT
 from tests.support.process import Process, wait_until
 from tests.support.process_colony import settings
 
-pytestmark = [needs_machines, pytest.mark.alone, pytest.mark.timeout(900)]
+pytestmark = [needs_machines, pytest.mark.timeout(900)]
 
 ROBOTS = ("ada", "bob", "eve")
 NAMES = ("field", *ROBOTS)

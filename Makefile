@@ -41,7 +41,7 @@ test: $(VENV)/dev.stamp
 	@echo "robots: their firmware on emulated controllers, and simulators of their makers:"
 	@$(BIN)/python -m pytest -q -n 4 --dist loadfile $(REAL) $(DURATIONS) tests/robot_firmware_bridge
 	@echo "colonies of real processes, in network namespaces where this machine allows them:"
-	@$(BIN)/python -m pytest -q -n 2 --dist loadfile -m "not alone" $(REAL) $(DURATIONS) tests/system
+	@$(BIN)/python -m pytest -q -n 2 --dist loadfile --no-loadscope-reorder -m "not alone" $(REAL) $(DURATIONS) tests/system
 	@$(BIN)/python -m pytest -q -m alone $(REAL) $(DURATIONS) tests/system
 
 checks: $(VENV)/dev.stamp

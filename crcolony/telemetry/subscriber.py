@@ -16,7 +16,7 @@ from crcolony.telemetry.samples import RawSample, SampleKind, parse_sample
 from crcolony.telemetry.status_changes import StatusChange
 from crcolony.transport.bounded_queue import BoundedQueue
 from crcolony.transport.liveliness_follower import LivelinessFollower
-from crcolony.transport.zenoh_samples import undeclare_all
+from crcolony.transport.zenoh_samples import leaving
 
 _MAX_SAMPLES = 100_000
 """Samples that wait for `poll`; further ones are dropped and counted."""
@@ -80,14 +80,7 @@ class TelemetrySubscriber:
         """Subscribe in another session; return a function that ends the subscriptions of the former one."""
         former = self._entities
         self._declare(session)
-        unfollow = [follower.move_to(session) for follower in self._followers]
-
-        def leave() -> None:
-            undeclare_all(former)
-            for one in unfollow:
-                one()
-
-        return leave
+        return leaving(former, *(follower.move_to(session) for follower in self._followers))
 
     @property
     def dropped(self) -> int:

@@ -3,7 +3,6 @@
 import contextlib
 import random
 from collections.abc import Callable
-from functools import partial
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -13,7 +12,7 @@ from crcolony.protocol.key_expressions import roster_key, roster_serial_key
 from crcolony.protocol.roster import MAX_ROSTER_BYTES, Roster
 from crcolony.protocol.roster_gossip import Announce, Publish, Request, RosterGossip
 from crcolony.transport.credentials import Credentials, store_roster
-from crcolony.transport.zenoh_samples import callback, payload_bytes, undeclare_all
+from crcolony.transport.zenoh_samples import callback, leaving, payload_bytes
 
 _MAX_WAITING = 64
 """Messages that wait for the process's loop; further ones are dropped, and sent again by honest members."""
@@ -64,7 +63,7 @@ class RosterExchange:
             ),
             session.declare_queryable(key, callback(self._on_request)),
         ]
-        return partial(undeclare_all, former)
+        return leaving(former)
 
     def handle_timers(self, now_s: float) -> bool:
         """Handle what has arrived, and send what is due; return whether there is a newer roster now."""

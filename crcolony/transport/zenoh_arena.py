@@ -14,11 +14,11 @@ from crcolony.transport.liveliness_follower import LivelinessFollower
 from crcolony.transport.zenoh_samples import (
     callback,
     declare_publisher,
+    leaving,
     payload_bytes,
     presence_event,
     query_bytes,
     reply_once,
-    undeclare_all,
 )
 
 
@@ -55,13 +55,7 @@ class ArenaTransport:
         """Serve the bodies in another session; return a function that undeclares them in the former one."""
         former = self._entities
         self._declare(session)
-        unfollow = self._robots.move_to(session)
-
-        def leave() -> None:
-            undeclare_all(former)
-            unfollow()
-
-        return leave
+        return leaving(former, self._robots.move_to(session))
 
     def publish_observation(self, robot: RobotId, observation: bytes) -> None:
         """Publish the observation of a robot's body."""

@@ -6,7 +6,6 @@ network.
 
 import itertools
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any
 
 import zenoh
@@ -15,7 +14,7 @@ from crcolony.protocol.codec import MAX_ENVELOPE_BYTES
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.key_expressions import ColonyKeys
 from crcolony.transport.interface import Deliver, EnvelopeReceived
-from crcolony.transport.zenoh_samples import callback, payload_bytes, undeclare_all
+from crcolony.transport.zenoh_samples import callback, leaving, payload_bytes, undeclare_all
 
 _STAND_IN = 0
 """Incarnation of a token of ours: older than every incarnation of the robot itself."""
@@ -37,7 +36,7 @@ class EnvelopeRelay:
         self._session, self.name = session, str(session.zid())
         for robot, colony in self._colonies.items():
             self._open(colony, robot)
-        return partial(undeclare_all, former)
+        return leaving(former)
 
     def stand_in_for(self, robots: Mapping[RobotId, str]) -> None:
         """Stand in for these robots, whose colonies are given, and for no others any more."""

@@ -28,6 +28,7 @@ from crcolony.transport.liveliness_follower import LivelinessFollower
 from crcolony.transport.zenoh_samples import (
     callback,
     declare_publisher,
+    leaving,
     payload_bytes,
     presence_event,
     query_bytes,
@@ -77,14 +78,7 @@ class RobotTransport:
         self._declare(session)
         for robot, incarnation in self._incarnations.items():
             self.add_robot(robot, incarnation)
-        unfollow = [follower.move_to(session) for follower in self._followers]
-
-        def leave() -> None:
-            undeclare_all(former)
-            for one in unfollow:
-                one()
-
-        return leave
+        return leaving(former, *(follower.move_to(session) for follower in self._followers))
 
     def leave(self) -> None:
         """Undeclare all robots before the session is closed, which was observed to deliver its own tokens again."""

@@ -41,6 +41,17 @@ def undeclare_all(entities: Iterable[Any]) -> None:
             entity.undeclare()
 
 
+def leaving(entities: Iterable[Any], *others: Callable[[], None]) -> Callable[[], None]:
+    """Return a function that undeclares what a former session has, then calls the others: the end of a `move_to`."""
+
+    def leave() -> None:
+        undeclare_all(entities)
+        for other in others:
+            other()
+
+    return leave
+
+
 def presence_event(
     token: key_expressions.RobotToken, is_online: bool
 ) -> RobotOnline | RobotOffline:

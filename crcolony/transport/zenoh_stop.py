@@ -2,7 +2,6 @@
 
 import threading
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Any
 
 import zenoh
@@ -11,10 +10,10 @@ from crcolony.protocol.key_expressions import ALL_STOPPABLE, ALL_STOPS, ArenaKey
 from crcolony.protocol.stop_messages import MAX_OTHERS, MAX_REPLY_BYTES, StopAddress
 from crcolony.transport.zenoh_samples import (
     callback,
+    leaving,
     payload_bytes,
     query_bytes,
     reply_once,
-    undeclare_all,
 )
 
 _MAX_KNOWN = 10_000
@@ -85,7 +84,7 @@ class StopAnswers:
         """Answer in another session; return a function that ends it in the former one."""
         former = self._entities
         self._declare(session)
-        return partial(undeclare_all, former)
+        return leaving(former)
 
 
 def ask_to_stop(

@@ -7,10 +7,7 @@ from collections.abc import Iterator
 from crcolony.errors import CrcolonyError
 from crcolony_deploy.authority import Authority, check_member_name
 from crcolony_deploy.inventory import Inventory
-from crcolony_deploy.service_plan import plan_host
-
-OPEN_NETWORK = "CRCOLONY_OPEN_NETWORK"
-"""The second switch of an open network, as for every command of crcolony."""
+from crcolony_deploy.service_plan import OPEN_NETWORK, plan_host
 
 
 def security_problems(inventory: Inventory) -> Iterator[str]:

@@ -7,6 +7,8 @@ from crcolony.transport.endpoint import socket_address
 from crcolony_deploy.inventory import Inventory, InventoryHost, settings_of
 
 STATE_FOLDER = "/var/lib/crcolony"
+OPEN_NETWORK = "CRCOLONY_OPEN_NETWORK"
+"""The second switch of an open network, in the environment, as for every command of crcolony."""
 CREDENTIALS_FOLDER = f"{STATE_FOLDER}/credentials"
 """Of all members on a host, a folder each; certificates are renewed and rosters stored there."""
 ROLES = {
@@ -37,7 +39,7 @@ class Service:
     @property
     def environment(self) -> str:
         """What stands in that file."""
-        switch = "CRCOLONY_OPEN_NETWORK=yes\n" if "--open-network" in self.options else ""
+        switch = f"{OPEN_NETWORK}=yes\n" if "--open-network" in self.options else ""
         return f"OPTIONS={self.options}\n{switch}"
 
     @property

@@ -26,7 +26,7 @@ from crcolony.protocol.telemetry_messages import (
 from crcolony.transport.connection import Connection
 from crcolony.transport.liveliness_follower import LivelinessFollower
 from crcolony.transport.network_settings import NetworkSettings
-from crcolony.transport.zenoh_samples import callback, undeclare_all
+from crcolony.transport.zenoh_samples import callback, leaving
 from crcolony.transport.zenoh_session import open_session
 
 
@@ -80,14 +80,7 @@ class Observer:
         """Subscribe in another session."""
         former = self._declared
         self._declare(session)
-        unfollow = [follower.move_to(session) for follower in self._followers]
-
-        def leave() -> None:
-            undeclare_all(former)
-            for one in unfollow:
-                one()
-
-        return leave
+        return leaving(former, *(follower.move_to(session) for follower in self._followers))
 
     def _on_token(self, key: str, is_online: bool) -> None:
         robot = key_expressions.parse_robot_token(key)

@@ -19,6 +19,7 @@ from crcolony.storage.folder_record import read_record
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.open_files import allow_open_files
+from crcolony.transport.panic_watch import PanicWatch
 from crcolony.transport.wait_for_network import open_connection
 from crcolony.transport.zenoh_arena import ArenaTransport, activity_of_arena
 from crcolony.transport.zenoh_session import Session, declared_as_observer
@@ -135,7 +136,8 @@ def run_router(network: NetworkSettings, service: ServiceNotifier) -> None:
     """Route the messages of clients until stopped. Routers hold no state: any of them can replace another."""
     inbox = Inbox()
     stop = ShutdownSignal(wake=inbox.wake)
-    with open_connection(network, service.starting(stop), print_line) as connection:
+    waiting = open_connection(network, service.starting(stop), print_line)
+    with PanicWatch() as panics, waiting as connection:
         if connection is None:
             return
         print_line(f"router at {', '.join(network.listen)}")
@@ -143,4 +145,8 @@ def run_router(network: NetworkSettings, service: ServiceNotifier) -> None:
         is_stopped = service.watching(stop)
         while not is_stopped():
             inbox.get(_ROUTER_PERIOD_S)
-            connection.handle_timers(time.monotonic())
+            now_s = time.monotonic()
+            if panics.take():
+                print_line("a thread of Zenoh has panicked; opening another session")
+                connection.renew_by(now_s)
+            connection.handle_timers(now_s)

@@ -76,20 +76,27 @@ class Connection:
 
     def handle_timers(self, now_s: float) -> None:
         """Pass on the roster, and renew the session, each when it is due; to be called at least twice a second."""
-        if self._exchange is None:
-            return
-        if self._exchange.handle_timers(now_s):
+        if self._exchange is not None:
+            self._follow_credentials(self._exchange, now_s)
+        self._renew(now_s)
+
+    def _follow_credentials(self, exchange: RosterExchange, now_s: float) -> None:
+        if exchange.handle_timers(now_s):
             for handle in self._roster_handlers:
-                handle(self._exchange.roster)
-            self._renew_by(now_s + random.SystemRandom().uniform(0.0, _ROSTER_DELAY_S))
+                handle(exchange.roster)
+            self.renew_by(now_s + random.SystemRandom().uniform(0.0, _ROSTER_DELAY_S))
         if now_s >= self._certificate_due_s:
             self._certificate_due_s = now_s + _CERTIFICATE_PERIOD_S
             assert self._network.credentials is not None
             version = _version_of(self._network.credentials)
             if version not in (None, self._certificate):
                 self._certificate = version
-                self._renew_by(now_s)
-        self._renew(now_s)
+                self.renew_by(now_s)
+
+    def renew_by(self, due_s: float) -> None:
+        """Have the session replaced by another one when this is due, or sooner."""
+        if self._renewal_due_s is None or due_s < self._renewal_due_s:
+            self._renewal_due_s = due_s
 
     def reopen(self) -> None:
         """Close the session and open another; raises NetworkError, and may be called again then."""
@@ -107,11 +114,7 @@ class Connection:
             self.reopen()
         except NetworkError as error:
             self._print_line(f"the session cannot be renewed yet: {error}")
-            self._renew_by(now_s + _RETRY_S)
-
-    def _renew_by(self, due_s: float) -> None:
-        if self._renewal_due_s is None or due_s < self._renewal_due_s:
-            self._renewal_due_s = due_s
+            self.renew_by(now_s + _RETRY_S)
 
     def _renew(self, now_s: float) -> None:
         if self._renewal is not None:

@@ -20,7 +20,7 @@ import yaml  # type: ignore[import-untyped]
 from tests.support.deployment import Deployment as CertifiedColony
 from tests.support.machines import Lan
 from tests.support.paths import PYTHONPATH, ROOT
-from tests.support.process import Process, wait_until
+from tests.support.process import PATIENCE_S, Process, wait_until
 from tests.support.process_colony import BUSY
 
 SEED = "tls/10.0.0.1:7447"
@@ -177,7 +177,7 @@ class Deployment:
         unit = f"crcolony-robot@{name}"
         return machine.run("systemctl", "show", "-p", "StatusText", "--value", unit).split()[-1]
 
-    def wait_for_matings(self, robots: set[str], more: int, within_s: float = 60.0) -> None:
+    def wait_for_matings(self, robots: set[str], more: int, within_s: float = PATIENCE_S) -> None:
         """Wait until each of these robots has had more matings."""
         before = self.robots()
 

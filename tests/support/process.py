@@ -10,8 +10,12 @@ from pathlib import Path
 
 from tests.support.paths import PYTHONPATH, ROOT
 
+PATIENCE_S = 180.0
+"""For what must happen but may happen late: by chance (when two robots want to mate), or on a machine with much else to
+do. A promise about time names its own."""
 
-def wait_until(condition: Callable[[], object], what: str, within_s: float = 60.0) -> float:
+
+def wait_until(condition: Callable[[], object], what: str, within_s: float = PATIENCE_S) -> float:
     """Wait for a condition, and return how long it took (s); fails, naming the condition, after `within_s`."""
     started_s = time.monotonic()
     while not condition():
@@ -81,7 +85,7 @@ class Process:
         assert self.wait(within_s) == 0, self.output
         return time.monotonic() - started_s
 
-    def wait(self, within_s: float = 60.0) -> int:
+    def wait(self, within_s: float = PATIENCE_S) -> int:
         """Wait until it has exited, and return its exit code."""
         assert self._running is not None
         return self._running.wait(within_s)
@@ -93,13 +97,17 @@ class Process:
             log.seek(self._start_offset)
             return log.read().decode(errors="replace")
 
-    def wait_for(self, text: str, count: int = 1, within_s: float = 60.0) -> None:
+    def wait_for(self, text: str, count: int = 1, within_s: float = PATIENCE_S) -> None:
         """Wait until it has printed a text, so many times, since its latest start."""
 
         def has_printed() -> bool:
             return self.output.count(text) >= count or not self.is_running
 
-        wait_until(has_printed, f"{self.log.name} prints {text!r}", within_s)
+        try:
+            wait_until(has_printed, f"{self.log.name} prints {text!r}", within_s)
+        except AssertionError as error:
+            error.add_note(f"It printed: {self.output[-2000:]}")
+            raise
         assert self.output.count(text) >= count, f"it exited without {text!r}: {self.output}"
 
 

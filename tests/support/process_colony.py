@@ -19,7 +19,7 @@ from crcolony.protocol.telemetry_messages import Exchanged, RobotState
 from crcolony.transport.zenoh_session import free_port
 from tests.support.observer import EventReceived, Line, StateReceived, Token
 from tests.support.paths import ROOT
-from tests.support.process import Process, Robot, wait_until
+from tests.support.process import PATIENCE_S, Process, Robot, wait_until
 
 __all__ = [
     "BUSY",
@@ -249,7 +249,12 @@ class Colony:
                 is_over and len(states) == len(self.robots) and not any(s.waiting for s in states)
             )
 
-        wait_until(is_settled, "no encounter is open")
+        try:
+            wait_until(is_settled, "no encounter is open")
+        except AssertionError as error:
+            fresh = {state.robot: state.waiting for state in view.fresh(self.ids)}
+            error.add_note(f"of {[robot.hex()[:8] for robot in self.ids]} these wait: {fresh}")
+            raise
         self.stop_robots()
 
     def stop_robots(self) -> None:
@@ -269,7 +274,7 @@ class Colony:
                     child.kill()
 
 
-def settle(made: Colony, view: View, within_s: float = 90.0) -> None:
+def settle(made: Colony, view: View, within_s: float = PATIENCE_S) -> None:
     """Wait until all robots have bodies and each other as peers, and no encounter is open.
 
     Only states from now on count: a robot that has just been killed has published one a moment ago.

@@ -192,7 +192,7 @@ def _issue(options: argparse.Namespace) -> int:
     import msgspec
     from crcolony_deploy.membership_request import MAX_REQUEST_BYTES, decode_request
 
-    from crcolony.storage.files import replace_file
+    from crcolony.durable_files import replace_file
 
     with options.request.open("rb") as file:
         request = decode_request(file.read(MAX_REQUEST_BYTES + 1))

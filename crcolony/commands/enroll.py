@@ -75,7 +75,7 @@ def _enroll(options: argparse.Namespace) -> int:
     from crcolony_deploy.enrollment_client import enroll
     from crcolony_deploy.member_folder import request_membership, write_enrollment
 
-    from crcolony.storage.files import replace_file
+    from crcolony.durable_files import replace_file
 
     applicant = _applicant(options)
     if options.request is not None:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy import stats
 
 from crcolony.compiled import FloatArray
+from crcolony.durable_files import replace_file
 from crcolony.experiments.default_world_criteria import (
     MARGIN,
     USES_BOTH,
@@ -31,7 +32,6 @@ from crcolony.experiments.statistics import (
     ratio_interval,
 )
 from crcolony.results.generation_table import LAST_GENERATIONS, write_table
-from crcolony.storage.files import replace_file
 
 OUTCOMES_TABLE = "outcomes.csv"
 """One row for every run."""

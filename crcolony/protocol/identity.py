@@ -13,6 +13,7 @@ from pathlib import Path
 from nacl import bindings
 from nacl.exceptions import BadSignatureError
 
+from crcolony.durable_files import create_secret
 from crcolony.errors import CrcolonyError
 
 RobotId = bytes
@@ -91,15 +92,11 @@ def write_key(path: Path, seed: bytes) -> None:
     except OSError as error:
         raise IdentityError(f"{path}: cannot be written: {error.strerror}") from None
     try:
-        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        create_secret(path, seed.hex().encode() + b"\n")
     except FileExistsError:
         raise IdentityError(f"{path}: exists already; a key is never overwritten") from None
     except OSError as error:
         raise IdentityError(f"{path}: cannot be written: {error.strerror}") from None
-    with os.fdopen(descriptor, "w") as file:
-        file.write(seed.hex() + "\n")
-        file.flush()
-        os.fsync(file.fileno())
 
 
 def load_key(path: Path) -> Identity:

@@ -14,6 +14,7 @@ from typing import Any, Literal
 import msgspec
 
 from crcolony.config import CONFIG_FILE, Config, load, to_toml
+from crcolony.durable_files import replace_file
 from crcolony.evolution.founders import Founders
 from crcolony.storage.claimed_folder import ClaimedFolder, claim_folder
 from crcolony.storage.files import (
@@ -24,7 +25,6 @@ from crcolony.storage.files import (
     existing_robot_file,
     lock_of,
     make_folder,
-    replace_file,
 )
 from crcolony.storage.folder_record import (
     FolderRecord,

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from crcolony.storage.files import FolderError, replace_file
+from crcolony.durable_files import replace_file
+from crcolony.storage.files import FolderError
 
 GENERATION_TABLE = "generations.csv"
 """The table's name in a results folder."""

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from crcolony.config import CONFIG_FILE, Config, load, to_toml
+from crcolony.durable_files import replace_file
 from crcolony.evolution.history import Event, HistoryHash
 from crcolony.results.generation_table import GENERATION_TABLE, append_row, delete_rows_from
 from crcolony.results.history_database import (
@@ -32,7 +33,7 @@ from crcolony.results.history_database import (
 )
 from crcolony.storage.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
 from crcolony.storage.claimed_folder import ClaimedFolder, claim_folder, existing_run_advice
-from crcolony.storage.files import FolderError, replace_file
+from crcolony.storage.files import FolderError
 from crcolony.storage.folder_record import check_config_digest, read_record
 from crcolony.storage.founders_file import Beginning, read_founders
 from crcolony.storage.sql import close_as_one_file

@@ -9,6 +9,7 @@ from pathlib import Path
 from rich.console import Console
 
 from crcolony.config import Config
+from crcolony.durable_files import replace_file
 from crcolony.evolution.history import Mated
 from crcolony.results.generation_summary import summarise_events
 from crcolony.results.generation_table import GENERATION_TABLE, write_table
@@ -18,7 +19,7 @@ from crcolony.results.plots import draw_plots
 from crcolony.results.plots.conditions import PlotError
 from crcolony.robot.genes import agent_schema
 from crcolony.shutdown import ShutdownSignal
-from crcolony.storage.files import ROBOT_FILE, FolderError, replace_file, robot_files_of_run
+from crcolony.storage.files import ROBOT_FILE, FolderError, robot_files_of_run
 from crcolony.storage.sql import StorageError
 
 _MAX_PAIRS = 6

@@ -5,11 +5,12 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from crcolony.body_server.body_server import BodyServer
+from crcolony.durable_files import replace_file
 from crcolony.nodes.arena_node import ArenaNode
 from crcolony.protocol.codec import encode
 from crcolony.protocol.identity import RobotId
 from crcolony.storage.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
-from crcolony.storage.files import FolderError, replace_file
+from crcolony.storage.files import FolderError
 from crcolony.transport.interface import InboundEvent
 from crcolony.transport.zenoh_arena import ArenaTransport
 

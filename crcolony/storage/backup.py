@@ -12,6 +12,7 @@ from pathlib import Path, PurePosixPath
 
 import msgspec
 
+from crcolony.durable_files import sync_folder
 from crcolony.storage.backup_manifest import (
     FORMAT,
     MANIFEST,
@@ -23,7 +24,7 @@ from crcolony.storage.backup_manifest import (
     Manifest,
     digest_of_file,
 )
-from crcolony.storage.files import KEY_FILE, sync_folder
+from crcolony.storage.files import KEY_FILE
 from crcolony.storage.robot_copy import CopiedRobot, copy_robot_file
 
 SCRATCH = ".crcolony-backup-"

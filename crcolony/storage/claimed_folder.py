@@ -10,7 +10,8 @@ import shutil
 from pathlib import Path
 
 from crcolony.config import CONFIG_FILE
-from crcolony.storage.files import FolderError, lock_folder, replace_file
+from crcolony.durable_files import replace_file
+from crcolony.storage.files import FolderError, lock_folder
 from crcolony.storage.folder_record import (
     FolderRecord,
     Maker,

@@ -1,11 +1,9 @@
-"""Files and folders: what they are called, how one is replaced as a whole, and how other processes are kept out."""
+"""Files and folders: what they are called, and how other processes are kept out."""
 
 import contextlib
 import fcntl
 import os
-from collections.abc import Callable
 from pathlib import Path
-from typing import BinaryIO
 
 from crcolony.errors import CrcolonyError
 from crcolony.storage.sql import StorageError
@@ -34,28 +32,6 @@ def make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FolderError(f"{folder}: cannot be made: {error.strerror}") from None
-
-
-def replace_file(path: Path, write: Callable[[BinaryIO], object]) -> None:
-    """Write a file as a whole or not at all; raises OSError."""
-    draft = path.with_name(path.name + ".part")
-    try:
-        with draft.open("wb") as file:
-            write(file)
-            file.flush()
-            os.fsync(file.fileno())
-        draft.replace(path)
-    finally:
-        draft.unlink(missing_ok=True)
-
-
-def sync_folder(folder: Path) -> None:
-    """Wait until the names in a folder are on the disk; raises OSError."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def existing_robot_file(path: Path) -> Path:

@@ -9,13 +9,13 @@ import msgspec
 import tomli_w
 
 from crcolony.config import CONFIG_FILE
+from crcolony.durable_files import replace_file
 from crcolony.storage.files import (
     ARENA_CHECKPOINT,
     FORMER_ROBOT_FILE,
     KEY_FILE,
     ROBOT_FILE,
     FolderError,
-    replace_file,
 )
 
 RECORD_FILE = "made_by.toml"

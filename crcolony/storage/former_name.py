@@ -5,6 +5,7 @@ import sqlite3
 from contextlib import closing
 from pathlib import Path
 
+from crcolony.durable_files import sync_folder
 from crcolony.storage.files import existing_robot_file, lock_file, lock_of, log_of
 from crcolony.storage.integrity import check_integrity
 from crcolony.storage.schema import check_not_truncated, is_robot_file, names_in
@@ -31,7 +32,7 @@ def rename_former_file(path: Path) -> None:
             _check(former)
             _merge_log(former)
         former.rename(path)
-        _sync_folder(path.parent)
+        sync_folder(path.parent)
         lock_of(former).unlink(missing_ok=True)
     except OSError as error:
         raise StorageError(f"{former}: cannot be renamed: {error.strerror}") from None
@@ -58,12 +59,3 @@ def _merge_log(path: Path) -> None:
         (mode,) = database.execute("PRAGMA journal_mode = DELETE").fetchone()
     if mode != "delete" or log_of(path).exists():
         raise StorageError(f"{path}: in use by another process")
-
-
-def _sync_folder(folder: Path) -> None:
-    """Make sure that a rename is on the disk."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

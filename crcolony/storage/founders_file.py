@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from crcolony.durable_files import replace_file
 from crcolony.evolution.founders import Founders
 from crcolony.evolution.population import NewAgent
 from crcolony.storage.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
-from crcolony.storage.files import FolderError, replace_file
+from crcolony.storage.files import FolderError
 from crcolony.storage.folder_record import Origin
 
 FOUNDERS_FILE = "founders.npz"

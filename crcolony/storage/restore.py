@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 from typing import IO
 
+from crcolony.durable_files import sync_folder
 from crcolony.protocol.identity import load_key
 from crcolony.storage.backup_manifest import (
     MANIFEST,
@@ -22,7 +23,7 @@ from crcolony.storage.backup_manifest import (
     decode_manifest,
     digest_of_file,
 )
-from crcolony.storage.files import KEY_FILE, sync_folder
+from crcolony.storage.files import KEY_FILE
 from crcolony.storage.robot_copy import check_robot_file
 
 _CLOCK_TOLERANCE_S = 5

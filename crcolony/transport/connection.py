@@ -59,11 +59,6 @@ class Connection:
             self._renewal.cancel()
         close_session(self.session)
 
-    @property
-    def roster(self) -> Roster | None:
-        """The newest roster of the deployment; None without credentials."""
-        return None if self._exchange is None else self._exchange.roster
-
     def add_user(self, user: SessionUser) -> None:
         """Move what has declared something in the session to every later one."""
         self._users.append(user)

@@ -5,7 +5,6 @@
 """
 
 import contextlib
-import os
 import stat
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any
 
 import msgspec
 
+from crcolony.durable_files import replace_file
 from crcolony.protocol.codec import Name, WireError
 from crcolony.protocol.identity import KEY_BYTES, keeps_modes
 from crcolony.protocol.roster import MAX_ROSTER_BYTES, Member, MemberName, Role, Roster, open_roster
@@ -133,10 +133,5 @@ def store_roster(folder: Path, signed: bytes) -> None:
 
     Then the newest is learnt again from the others after the next start.
     """
-    draft = folder / f".{ROSTER_FILE}.{os.getpid()}"
     with contextlib.suppress(OSError):
-        with draft.open("wb") as file:
-            file.write(signed)
-            file.flush()
-            os.fsync(file.fileno())
-        draft.replace(folder / ROSTER_FILE)
+        replace_file(folder / ROSTER_FILE, lambda file: file.write(signed))

@@ -16,11 +16,12 @@ from typing import Self
 
 import msgspec
 
+from crcolony.durable_files import replace_file
 from crcolony.errors import CrcolonyError
 from crcolony.protocol.codec import Name, WireError
 from crcolony.protocol.identity import Identity, create_key, load_key
 from crcolony.protocol.roster import Member, Roster, open_roster, sign_roster
-from crcolony.storage.files import make_folder, replace_file
+from crcolony.storage.files import make_folder
 from crcolony.transport.credentials import MemberRecord
 from crcolony_deploy.audit_log import AuditLog, record_action
 from crcolony_deploy.certificates import authority_certificate, sign_request

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import msgspec
 
+from crcolony.durable_files import replace_file
 from crcolony.errors import CrcolonyError
 from crcolony.protocol.roster import MemberName, Role
-from crcolony.storage.files import replace_file
 
 INVITATIONS_FILE = "invitations.json"
 MAX_ATTEMPTS = 5

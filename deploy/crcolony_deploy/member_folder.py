@@ -1,15 +1,15 @@
 """The folder of a member's credentials, as enrollment and renewal write it."""
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
 
+from crcolony.durable_files import create_secret, replace_file
 from crcolony.protocol.codec import WireError
 from crcolony.protocol.identity import Identity, load_key
 from crcolony.protocol.roster import MemberName, Role, open_roster
-from crcolony.storage.files import make_folder, replace_file
+from crcolony.storage.files import make_folder
 from crcolony.transport.credentials import (
     AUTHORITY_FILE,
     IDENTITY_FILE,
@@ -60,7 +60,8 @@ def request_membership(folder: Path, applicant: Applicant) -> MembershipRequest:
     """Make a new secret key in the folder, and return the request for its certificate; raises FolderError, OSError."""
     make_folder(folder)
     key = new_key()
-    _write_secret(folder / _NEXT_KEY, key)
+    (folder / _NEXT_KEY).unlink(missing_ok=True)
+    create_secret(folder / _NEXT_KEY, key)
     signing_request = request_certificate(key, applicant.common_name).decode()
     proofs = tuple(proof_of(robot, signing_request) for robot in applicant.robots)
     return MembershipRequest(
@@ -85,7 +86,8 @@ def install_grant(folder: Path, grant: Grant) -> None:
     replace_file(folder / ROSTER_FILE, lambda file: file.write(grant.roster))
     record = msgspec.json.format(msgspec.json.encode(grant.record)) + b"\n"
     replace_file(folder / MEMBER_FILE, lambda file: file.write(record))
-    _write_secret(folder / _NEXT_KEY, key + certificate)
+    (folder / _NEXT_KEY).unlink()
+    create_secret(folder / _NEXT_KEY, key + certificate)
     (folder / _NEXT_KEY).replace(folder / IDENTITY_FILE)
 
 
@@ -135,13 +137,3 @@ def _check_grant(grant: Grant) -> None:
         raise RequestError(f"what was granted is damaged: {error}") from None
     if not is_consistent:
         raise RequestError("what was granted is of several authorities or members")
-
-
-def _write_secret(path: Path, data: bytes) -> None:
-    """Write a file that only its owner may read, durably."""
-    path.unlink(missing_ok=True)
-    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-    with os.fdopen(descriptor, "wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())

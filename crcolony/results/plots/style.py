@@ -12,8 +12,8 @@ from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from crcolony.durable_files import replace_file
 from crcolony.results.plots.conditions import PlotError
-from crcolony.storage.files import replace_file
 
 COLUMN_IN = 3.4
 """The width of a column of a paper."""

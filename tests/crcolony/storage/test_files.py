@@ -2,7 +2,6 @@
 
 import os
 from pathlib import Path
-from typing import BinaryIO
 
 import pytest
 
@@ -12,25 +11,9 @@ from crcolony.storage.files import (
     lock_file,
     lock_folder,
     make_folder,
-    replace_file,
     robot_files_of_run,
 )
 from crcolony.storage.sql import StorageError
-
-
-def test_a_file_is_replaced_as_a_whole_or_not_at_all(tmp_path: Path) -> None:
-    """If writing fails in the middle, the former content stays and no draft is left."""
-    path = tmp_path / "file"
-    replace_file(path, lambda file: file.write(b"former"))
-
-    def fail(file: BinaryIO) -> None:
-        file.write(b"half")
-        raise OSError(28, "No space left on device")
-
-    with pytest.raises(OSError, match="No space left"):
-        replace_file(path, fail)
-    assert path.read_bytes() == b"former"
-    assert [file.name for file in tmp_path.iterdir()] == ["file"]
 
 
 def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:

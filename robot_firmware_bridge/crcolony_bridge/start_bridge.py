@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from crcolony.runtime.arena_key import arena_identity
 from crcolony.runtime.console import print_line
 from crcolony.runtime.service_notify import ServiceNotifier
 from crcolony.runtime.stop_server import StopServer
@@ -47,6 +48,7 @@ def run_bridge(options: BridgeOptions, network: NetworkSettings, service: Servic
     inbox = Inbox()
     stop = ShutdownSignal(wake=inbox.wake)
     name, period_s = options.name, options.period_s
+    identity = arena_identity(name, None)
     attached = [
         AttachedRobot(
             robot,
@@ -80,7 +82,9 @@ def run_bridge(options: BridgeOptions, network: NetworkSettings, service: Servic
         )
         relay = EnvelopeRelay(connection.session, inbox.deliver)
         connection.add_user(relay)
-        process = BridgeProcess(bodies, name, transport, relay, inbox, connection, print_line)
+        process = BridgeProcess(
+            bodies, name, identity, transport, relay, inbox, connection, print_line
+        )
         service.say_ready(f"bridge {name} with {len(attached)} robots")
         process.run(service.watching(stop), period_s)
         print_line(f"stopped at tick {bodies.tick}")

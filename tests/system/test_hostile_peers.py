@@ -13,7 +13,6 @@ import pytest
 from tests.support.attack import siege
 from tests.support.besieged import ATTACK_S, Besieged
 from tests.support.mating_audit import check_ledger
-from tests.support.process import wait_until
 from tests.support.process_colony import settle
 
 pytestmark = pytest.mark.alone
@@ -79,19 +78,16 @@ def test_queries_without_end_are_answered_at_a_limited_rate(besieged: Besieged) 
 
 
 def test_observations_of_another_arena_run_or_tick_are_ignored(besieged: Besieged) -> None:
-    """And those with NaN, or noise. A forged one of the right run and tick is accepted: there is no promise."""
+    """And those with NaN, or noise, and those of the right run and tick: nobody else has the key of the link."""
     _, before = besieged.withstands("observations")
     for robot, earlier in zip(besieged.states(), before, strict=True):
         assert robot.faults > earlier.faults
 
 
-def test_an_observation_from_the_future_costs_a_robot_seconds_at_most(besieged: Besieged) -> None:
-    """It then ignores its body, requests it again, and receives the present tick."""
-    made, view = besieged.siege.made, besieged.siege.view
-    with besieged.siege.attacked("future"):
-        wait_until(lambda: besieged.states()[0].tick >= 2**50, "it is accepted", 10.0)
-        wait_until(lambda: besieged.states()[0].tick < 2**50, "it is corrected", 15.0)
-    settle(made, view)
+def test_an_observation_from_the_future_is_not_believed(besieged: Besieged) -> None:
+    """No robot is deaf for a moment."""
+    besieged.withstands("future")
+    assert all(robot.tick < 2**50 for robot in besieged.states())
 
 
 def test_forged_telemetry_harms_observers_at_most(besieged: Besieged, tmp_path: Path) -> None:

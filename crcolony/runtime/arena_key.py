@@ -6,9 +6,7 @@ from pathlib import Path
 
 from crcolony.protocol.identity import SEED_BYTES, Identity, IdentityError, create_key, load_key
 from crcolony.runtime.console import print_warning
-
-ARENA_KEY_FILE = "arena_key"
-"""In the folder of an arena, or of a host."""
+from crcolony.storage.files import ARENA_KEY_FILE
 
 
 def arena_identity(name: str, folder: Path | None) -> Identity:

@@ -48,7 +48,8 @@ def run_bridge(options: BridgeOptions, network: NetworkSettings, service: Servic
     inbox = Inbox()
     stop = ShutdownSignal(wake=inbox.wake)
     name, period_s = options.name, options.period_s
-    identity = arena_identity(name, None)
+    calibrations = options.calibrations
+    identity = arena_identity(name, calibrations if calibrations.is_dir() else None)
     attached = [
         AttachedRobot(
             robot,

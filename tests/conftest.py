@@ -3,7 +3,9 @@
 Examples are the same on every run; `--hypothesis-profile=explore` looks at new ones.
 """
 
+import os
 import signal
+import tempfile
 
 import numba
 import numpy as np
@@ -15,6 +17,10 @@ settings.load_profile("repeatable")
 
 # Under nohup SIGHUP stays ignored, also in the processes that tests start, and tests close terminals.
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+# Arenas without a folder keep their keys in one of the user's.
+_STATE = tempfile.TemporaryDirectory(prefix="crcolony-state-")
+os.environ["XDG_STATE_HOME"] = _STATE.name
 
 if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
     # Compiled arithmetic overflows and divides in silence; so must the same code run as plain Python.

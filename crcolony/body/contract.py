@@ -162,6 +162,7 @@ class Body(Protocol):
 
 
 _LOWEST, _HIGHEST = limits(ACTION)
+_LEAST_SENSED, _MOST_SENSED = limits(OBSERVATION)
 
 
 def clip_action(action: FloatArray) -> FloatArray:
@@ -172,3 +173,14 @@ def clip_action(action: FloatArray) -> FloatArray:
     if not np.isfinite(action).all():
         raise ValueError("an action holds only finite numbers")
     return np.minimum(np.maximum(action, _LOWEST), _HIGHEST)
+
+
+def check_observation(observation: FloatArray) -> None:
+    """Raise ValueError that names a column of an observation (OBSERVATION_WIDTH,) which is beyond the table's limits.
+
+    A number that is not finite is beyond all limits.
+    """
+    is_within = (observation >= _LEAST_SENSED) & (observation <= _MOST_SENSED)
+    if not (is_within & np.isfinite(observation)).all():
+        column = int(np.flatnonzero(~(is_within & np.isfinite(observation)))[0])
+        raise ValueError(f"{OBSERVATION[column].name} is {observation[column]}")

@@ -3,12 +3,16 @@
 The processes of arenas and bridges run it by the clock of their machine, and the fault simulation in virtual time.
 """
 
+import secrets
 from collections.abc import Callable
+from functools import partial
 
-from crcolony.body_server.body_slots import BodySlots
-from crcolony.protocol.body_messages import BodyDenied, Join, Leave, decode_action, decode_join
+from crcolony.body_server.body_links import BodyLinks, StaleRequestError
+from crcolony.body_server.body_slots import BodySlots, NoBodyError
+from crcolony.protocol.body_messages import Join, decode_action
+from crcolony.protocol.body_requests import Request
 from crcolony.protocol.codec import WireError, encode
-from crcolony.protocol.identity import RobotId
+from crcolony.protocol.identity import Identity, RobotId
 from crcolony.protocol.token_set import TokenTable
 from crcolony.rate_limit import TokenBucket
 from crcolony.transport.interface import (
@@ -28,7 +32,7 @@ _MAX_DENIED = 1000
 
 
 class BodyServer:
-    """Carries out what arrives for the bodies of an arena or a bridge; `name` is its name for robots and observers.
+    """Carries out what arrives for the bodies of an arena or a bridge; `identity` is its key, `name` what it is called.
 
     `on_leave` receives every robot whose body is removed, `print_line` what a person should read.
     """
@@ -36,9 +40,11 @@ class BodyServer:
     def __init__(
         self,
         bodies: BodySlots,
+        identity: Identity,
         on_leave: Callable[[RobotId], None] = lambda robot: None,
         print_line: Callable[[str], None] = lambda line: None,
         name: str = "arena",
+        draw: Callable[[int], bytes] = secrets.token_bytes,
     ) -> None:
         self._bodies, self._on_leave, self._print_line, self._name = (
             bodies,
@@ -46,6 +52,7 @@ class BodyServer:
             print_line,
             name,
         )
+        self._links = BodyLinks(name, bodies.arena_run, identity, draw)
         self._line_limit = TokenBucket(_MAX_LINES_PER_S)
         self._reply_limit = TokenBucket(_MAX_REPLIES_PER_S)
         self._denied: dict[RobotId, None] = {}
@@ -60,10 +67,7 @@ class BodyServer:
         """Handle an inbound event."""
         match event:
             case ActionReceived(robot=robot, action=data):
-                try:
-                    self._bodies.apply_action(robot, decode_action(data))
-                except WireError:
-                    self._bodies.counts["malformed"] += 1
+                self._handle_action(robot, data)
             case QueryReceived(topic="join", robot=robot, payload=payload, reply=reply):
                 self._handle_join_query(now_s, robot, payload, reply)
             case QueryReceived(topic="metadata", payload=payload, reply=reply):
@@ -75,28 +79,50 @@ class BodyServer:
                 if self._online.remove(robot, (incarnation, session)):
                     self._bodies.mark_offline(robot, now_s)
 
+    def observation(self, robot: RobotId) -> bytes | None:
+        """Return the observation of a robot's body in this tick, with its code; None if it has not asked in this run.
+
+        Raises KeyError if it has no body.
+        """
+        return self._links.seal_observation(robot, self._bodies.observation(robot))
+
     def remove_absent(self, now_s: float) -> None:
         """Remove the bodies of robots that have been offline for too long."""
         for robot in self._bodies.remove_absent(now_s):
             self._print_line(f"robot {robot.hex()[:8]} did not return; its body is removed")
+            self._links.remove(robot)
             self._on_leave(robot)
+
+    def _handle_action(self, robot: RobotId, data: bytes) -> None:
+        try:
+            content = self._links.open_action(robot, data)
+        except WireError:
+            self._bodies.counts["forged"] += 1
+            return
+        try:
+            self._bodies.apply_action(robot, decode_action(content))
+        except WireError:
+            self._bodies.counts["malformed"] += 1
 
     def _handle_join_query(
         self, now_s: float, robot: RobotId, payload: bytes, reply: Callable[[bytes], None]
     ) -> None:
         """Handle a query of `robot`: the network may let nobody else use its key, so its content must be its own."""
         try:
-            request = decode_join(payload)
-            if request.robot != robot:
-                raise WireError("under the key of another robot")
+            request = self._links.receive(now_s, robot, payload)
+            if isinstance(request, bytes):
+                reply(request)
+            elif request is None:
+                self._bodies.counts["too many"] += 1
+            elif isinstance(request.message, Join):
+                self._handle_join(now_s, request, request.message, reply)
+            else:
+                self._handle_leave(now_s, request)
+        except StaleRequestError:
+            self._bodies.counts["stale"] += 1
         except WireError as error:
             self._bodies.counts["malformed"] += 1
             self._print_limited(now_s, f"malformed request for a body: {error}")
-            return
-        if isinstance(request, Leave):
-            self._handle_leave(now_s, request.robot)
-        else:
-            self._handle_join(now_s, request, reply)
 
     def _reply_metadata(self, now_s: float, payload: bytes, reply: Callable[[bytes], None]) -> None:
         if payload:
@@ -106,26 +132,32 @@ class BodyServer:
         else:
             self._bodies.counts["too many"] += 1
 
-    def _handle_leave(self, now_s: float, robot: RobotId) -> None:
+    def _handle_leave(self, now_s: float, request: Request) -> None:
+        robot = request.message.robot
+        self._links.leave(request)
         slot = self._bodies.robots.get(robot)
         if slot is not None:
             self._print_limited(now_s, f"robot {robot.hex()[:8]} leaves slot {slot}")
             self._bodies.leave(robot)
             self._on_leave(robot)
 
-    def _handle_join(self, now_s: float, request: Join, reply: Callable[[bytes], None]) -> None:
-        bodies, robot = self._bodies, request.robot
+    def _handle_join(
+        self, now_s: float, request: Request, join: Join, reply: Callable[[bytes], None]
+    ) -> None:
+        bodies, robot = self._bodies, join.robot
         is_new = robot not in bodies.robots
-        answer = bodies.join(request)
-        reply(encode(answer))
-        name = f"robot {robot.hex()[:8]} of colony {request.colony}"
-        if isinstance(answer, BodyDenied):
+        name = f"robot {robot.hex()[:8]} of colony {join.colony}"
+        try:
+            slot = bodies.join(robot, join.colony, join.slot)
+        except NoBodyError as error:
+            reply(self._links.deny(request, str(error)))
             if robot not in self._denied:
                 self._denied[robot] = None
-                self._print_limited(now_s, f"{name} gets no slot: {answer.reason}")
+                self._print_limited(now_s, f"{name} gets no slot: {error}")
                 if len(self._denied) > _MAX_DENIED:
                     self._denied.clear()
             return
+        reply(self._links.grant(request, partial(bodies.grant, slot)))
         if robot not in self._online:
             bodies.mark_offline(robot, now_s)  # until its liveliness token arrives
         if is_new:

@@ -15,10 +15,8 @@ from crcolony.body import contract
 from crcolony.compiled import FloatArray
 from crcolony.protocol.body_messages import (
     Action,
-    BodyDenied,
     BodyGranted,
     Contact,
-    Join,
     Observation,
     pack_row,
     unpack_row,
@@ -26,6 +24,10 @@ from crcolony.protocol.body_messages import (
 from crcolony.protocol.codec import WireError, encode
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import ArenaMetadata
+
+
+class NoBodyError(Exception):
+    """A robot gets no body; the message says why."""
 
 
 class BodySlots(ABC):
@@ -92,31 +94,32 @@ class BodySlots(ABC):
 
     # Joining and leaving ----------------------------------------------------------------------------------------------
 
-    def join(self, request: Join) -> BodyGranted | BodyDenied:
-        """Grant a robot a body, in the requested slot if that is free; a robot that has a body keeps it.
+    def join(self, robot: RobotId, colony: str, wanted_slot: int = -1) -> int:
+        """Give a robot a body, in the slot that it wants if that is free, and return the slot.
 
-        A robot that joins again with another colony gets a new body. It may answer observations from the next tick on.
+        A robot that has a body keeps it. It may answer observations from the next tick on. Raises NoBodyError.
         """
-        robot = request.robot
         slot = self.robots.get(robot)
         if slot is not None:
-            if self.colony_of(robot) == request.colony:
-                self.mark_online(robot)
-                return self._grant(slot)
-            self.leave(robot)
-        slot = self._free_slot(request.slot)
+            if self.colony_of(robot) != colony:
+                raise self._no_body(
+                    f"in use: the robot has a body in colony {self.colony_of(robot)}"
+                )
+            self.mark_online(robot)
+            return slot
+        slot = self._free_slot(wanted_slot)
         if slot is None:
-            return self._deny(self._why_no_slot())
-        number = self._number_of(request.colony)
+            raise self._no_body(self._why_no_slot())
+        number = self._number_of(colony)
         try:
             self._embody(slot, number)
         except ValueError as error:
-            return self._deny(f"full: {error}")
+            raise self._no_body(f"full: {error}") from None
         self.robots[robot] = slot
         self._occupants[slot] = robot
         self._colony_numbers[slot] = number
         self._answered[slot] = self.tick
-        return self._grant(slot)
+        return slot
 
     def leave(self, robot: RobotId) -> None:
         """Remove a robot's body, if it has one."""
@@ -174,8 +177,11 @@ class BodySlots(ABC):
         self.colonies[number] = colony
         return number
 
-    def _grant(self, slot: int) -> BodyGranted:
+    def grant(self, slot: int, request: bytes, exchange_key: bytes) -> BodyGranted:
+        """Return the reply that a robot has the body of a slot; the request and the key are those of its link."""
         return BodyGranted(
+            request,
+            exchange_key,
             slot,
             self.arena_run,
             self.tick,
@@ -184,9 +190,9 @@ class BodySlots(ABC):
             self._body_settings(slot),
         )
 
-    def _deny(self, reason: str) -> BodyDenied:
+    def _no_body(self, reason: str) -> NoBodyError:
         self.counts["full"] += 1
-        return BodyDenied(reason)
+        return NoBodyError(reason)
 
     # Actions and observations -----------------------------------------------------------------------------------------
 

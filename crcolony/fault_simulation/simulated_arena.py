@@ -8,6 +8,7 @@ from crcolony.config import Config
 from crcolony.fault_simulation.simulated_network import ARENA, Schedule, SimulatedNetwork
 from crcolony.nodes.arena_node import ArenaNode
 from crcolony.protocol.codec import encode
+from crcolony.protocol.identity import SEED_BYTES, Identity
 from crcolony.transport.interface import (
     ArenaOffline,
     ArenaOnline,
@@ -34,6 +35,7 @@ class SimulatedArena:
         self.ticks = 0
         """In all its runs"""
         self._config, self._schedule, self._network, self._rng = config, schedule, network, rng
+        self._identity = Identity(rng.randbytes(SEED_BYTES))
         self._is_closed = False
         self._checkpoint: dict[str, Any] | None = None
 
@@ -47,7 +49,7 @@ class SimulatedArena:
             node.restore(self._checkpoint)
             for robot in node.robots:
                 node.mark_offline(robot, self._schedule.now_s)
-        self._server = BodyServer(node)
+        self._server = BodyServer(node, self._identity, draw=self._rng.randbytes)
         self._network.add_process(ARENA, self, ArenaOnline(arena_run), ArenaOffline(arena_run))
         self._schedule.after(self._config.arena.control_period_s, lambda: self._tick(node))
 
@@ -68,7 +70,9 @@ class SimulatedArena:
         node.step()
         self.ticks += 1
         for robot in node.robots:
-            self._network.post((ARENA, robot), ObservationReceived(robot, node.observation(robot)))
+            observation = self._server.observation(robot)
+            if observation is not None:
+                self._network.post((ARENA, robot), ObservationReceived(robot, observation))
         if self._network.scene_subscribers:
             scene = encode(node.scene("arena", self.ticks, unix_ms=0))
             for robot in sorted(self._network.scene_subscribers):

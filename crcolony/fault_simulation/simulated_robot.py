@@ -26,6 +26,7 @@ from crcolony.nodes.embodied_robot import EmbodiedRobot
 from crcolony.nodes.node_inputs import (
     ColonyMember,
     EmbodimentOptions,
+    FirstArenas,
     NodeResources,
     ProcessCallbacks,
 )
@@ -83,6 +84,7 @@ class SimulatedRobot:
         self.is_paused = False
         self.clock_error_s = 0.0
         self._identity = identity
+        self._known_arenas = FirstArenas()
         self._store: SimulatedStore | None = None
         self._countdown = CrashCountdown(context.rng, 0.0)
         self.disk = Disk(context.rng, context.faults.broken_disks)
@@ -107,7 +109,13 @@ class SimulatedRobot:
             context.network, self.id, self._countdown.count, self._on_published
         )
         options = EmbodimentOptions(
-            context.config, "arena", self.number, _SNAPSHOT_S, _STATE_PERIOD_S
+            context.config,
+            "arena",
+            self.number,
+            self._known_arenas,
+            context.rng.randbytes,
+            _SNAPSHOT_S,
+            _STATE_PERIOD_S,
         )
         callbacks = ProcessCallbacks(self._reconnect)
         robot = EmbodiedRobot(self.new_node(transport), transport, options, callbacks)

@@ -12,21 +12,13 @@ from crcolony.body.settings import CyberRodent
 from crcolony.errors import CrcolonyError
 from crcolony.nodes.arena_changes import ArenaChanges
 from crcolony.nodes.link_recovery import LinkRecovery
+from crcolony.nodes.link_to_body import LinkToBody, UnknownArenaError
 from crcolony.nodes.node_inputs import EmbodimentOptions, ProcessCallbacks
 from crcolony.nodes.reported_settings import settings_of_robot
 from crcolony.nodes.robot_node import RobotNode
 from crcolony.nodes.waiting_for_body import WaitingForBody
-from crcolony.protocol.body_messages import (
-    Action,
-    BodyGranted,
-    Join,
-    Leave,
-    decode_join_reply,
-    decode_observation,
-    pack_row,
-    unpack_row,
-)
-from crcolony.protocol.codec import VERSION, WireError, encode
+from crcolony.protocol.body_messages import BodyGranted
+from crcolony.protocol.codec import VERSION, WireError
 from crcolony.protocol.telemetry_messages import decode_scene
 from crcolony.robot.batch import step_parameters
 from crcolony.transport.interface import (
@@ -70,12 +62,13 @@ class EmbodiedRobot:
         self._transport, self._options, self._process = transport, options, process
         self._config, self._arena = options.config, options.arena
         self._links = LinkRecovery(node.id, node.colony)
-        self._body_lease: BodyGranted | None = None
+        self._body = LinkToBody(
+            node.member, options.arena, options.wanted_slot, options.known_arenas, options.draw
+        )
         self._action = b""
         """For the last observation"""
         self._published_action: bytes | None = None
         """The same once it is published; in lockstep an open mating delays it"""
-        self._tick = -1
         self._observed_s = self._join_due_s = self._state_due_s = -math.inf
         self._snapshot_due_s = math.inf
         self._waiting = WaitingForBody(options.arena)
@@ -90,8 +83,9 @@ class EmbodiedRobot:
 
     def release_body(self) -> None:
         """Return the body to the arena, unless it belongs to another process with the same key."""
-        if not self.node.peers.has_duplicate:
-            self._transport.request_body(self.node.id, encode(Leave(self.node.id)))
+        request = self._body.leave()
+        if request is not None and not self.node.peers.has_duplicate:
+            self._transport.request_body(self.node.id, request)
 
     def report_fault(self, what: str) -> None:
         """Count, publish and print a fault of the outside."""
@@ -106,7 +100,7 @@ class EmbodiedRobot:
     @property
     def has_body(self) -> bool:
         """Whether an arena has granted it a body."""
-        return self._body_lease is not None
+        return self._body.lease is not None
 
     @property
     def observed_s(self) -> float:
@@ -146,14 +140,14 @@ class EmbodiedRobot:
                 )
             case JoinReplyReceived(reply=reply):
                 self._handle_join_reply(now_s, reply)
-            case ArenaMetadataReceived(metadata=metadata) if self._body_lease:
-                self._handle_arena_metadata(metadata, self._body_lease.arena_run)
-            case ArenaOnline():
-                self._request_body(now_s)
-            case ArenaOffline(arena_run=run) if (
-                self._body_lease and run == self._body_lease.arena_run
-            ):
-                self._lose_body()
+            case ArenaMetadataReceived(metadata=metadata) if self._body.lease:
+                self._handle_arena_metadata(metadata, self._body.lease.arena_run)
+            case ArenaOnline(arena_run=run):
+                if self._body.handle_online(run):
+                    self._request_body(now_s)
+            case ArenaOffline(arena_run=run):
+                if self._body.handle_offline(run):
+                    self._lose_body(now_s)
             case QueryReceived(topic="history", payload=payload, reply=send_reply):
                 node.reply_history(payload, send_reply)
             case QueryReceived(topic="metadata", payload=payload, reply=send_reply):
@@ -164,33 +158,39 @@ class EmbodiedRobot:
     def _request_body(self, now_s: float) -> None:
         self._join_due_s = now_s + _JOIN_RETRY_S
         # A duplicate's body belongs to the process that was online first.
-        if not self.node.peers.has_duplicate:
-            join = Join(self.node.id, self.node.colony, self._options.wanted_slot)
-            self._transport.request_body(self.node.id, encode(join))
+        request = None if self.node.peers.has_duplicate else self._body.request()
+        if request is not None:
+            self._transport.request_body(self.node.id, request)
 
     def _print_waiting(self, now_s: float) -> None:
-        line = self._waiting.line_due(now_s) if self._body_lease is None else None
+        line = self._waiting.line_due(now_s) if self._body.lease is None else None
         if line is not None:
             self._process.print_line(line)
 
     def _handle_join_reply(self, now_s: float, data: bytes) -> None:
+        former_run = self._body.lease.arena_run if self._body.lease else None
         try:
-            reply = decode_join_reply(data)
-            if not isinstance(reply, BodyGranted):
-                self._waiting.handle_denial(reply.reason)
-                self._print_waiting(now_s)
-                return
-            body = msgspec.json.decode(reply.body, type=CyberRodent)
-        except (WireError, msgspec.DecodeError) as error:
-            self.report_fault(f"arena {self._arena}: malformed reply: {error}")
+            reply = self._body.open_reply(data)
+        except (WireError, UnknownArenaError) as error:
+            self.report_fault(f"arena {self._arena}: {error}")
             return
+        if isinstance(reply, BodyGranted):
+            self._observed_s = now_s
+            self._use_body(reply, reply.arena_run != former_run)
+        elif reply is not None:
+            self._waiting.handle_denial(reply.reason)
+            self._print_waiting(now_s)
+
+    def _use_body(self, reply: BodyGranted, is_new: bool) -> None:
         node = self.node
-        if self._body_lease is None or reply.arena_run != self._body_lease.arena_run:
+        try:
+            body = msgspec.json.decode(reply.body, type=CyberRodent)
+        except msgspec.DecodeError as error:
+            self.report_fault(f"arena {self._arena}: malformed settings of the body: {error}")
+            return
+        if is_new:
             self._process.print_line(f"has body {reply.slot} in arena {self._arena}")
             self._transport.request_arena_metadata()
-            self._tick = -1
-        self._tick = min(self._tick, reply.tick)  # an observation of a later tick was forged
-        self._body_lease, self._observed_s = reply, now_s
         node.arena = self._arena
         if self._options.wanted_slot < 0:
             node.number = reply.slot
@@ -207,29 +207,29 @@ class EmbodiedRobot:
             if changes is not None:
                 self._process.print_line(changes)
 
-    def _lose_body(self) -> None:
+    def _lose_body(self, now_s: float) -> None:
         self._process.print_line(self._waiting.handle_loss())
-        self._body_lease, self.node.arena = None, ""
+        self.node.arena = ""
+        self._request_body(now_s)  # of another run that is online already
 
     def _handle_observation(self, now_s: float, data: bytes) -> None:
+        body, node = self._body, self.node
         try:
-            observation = decode_observation(data)
-            row = unpack_row(observation.row)
+            opened = body.open_observation(data)
         except WireError as error:
-            self.node.report_fault(f"malformed observation: {error}")
+            node.report_fault(f"refused observation: {error}")
             return
-        lease, node = self._body_lease, self.node
-        if lease is None or observation.arena_run != lease.arena_run:
+        if opened is None:
             return
-        if observation.tick <= self._tick:
-            is_repeated = observation.tick == self._tick and lease.lockstep
+        observation, row = opened
+        if observation.tick <= body.tick:
+            is_repeated = observation.tick == body.tick and body.is_in_lockstep
             if is_repeated and self._published_action is not None:
                 self._transport.publish_action(node.id, self._published_action)
             return
         node.period_ms = min(1000.0 * (now_s - self._observed_s), 1e9)
-        self._observed_s, self._tick = now_s, observation.tick
-        action = node.robot.step(row)
-        self._published_action, self._action = None, encode(Action(self._tick, pack_row(action)))
+        self._observed_s, body.tick = now_s, observation.tick
+        self._published_action, self._action = None, body.seal_action(node.robot.step(row))
         if observation.contact is not None:
             met = observation.contact.robot
             self._reconnect(now_s, self._links.handle_contact(now_s, met, met in node.peers))
@@ -238,8 +238,8 @@ class EmbodiedRobot:
 
     def _act_if_settled(self) -> None:
         """Publish the action, and advance the slice; in lockstep only when no mating is open."""
-        lease, node = self._body_lease, self.node
-        if lease is None or self._published_action is not None or self._tick < 0:
+        lease, node = self._body.lease, self.node
+        if lease is None or self._published_action is not None or self._body.tick < 0:
             return
         if lease.lockstep and not node.is_settled:
             return
@@ -265,7 +265,7 @@ class EmbodiedRobot:
         if now_s >= self._state_due_s:
             self._state_due_s = now_s + self._options.state_period_s
             node.publish_state(self._process.count_dropped())
-            if self._body_lease is None:
+            if self._body.lease is None:
                 node.telemetry.publish_activity(self._waiting.reason)
         if now_s >= self._join_due_s and now_s >= self._observed_s + _OBSERVATION_TIMEOUT_S:
             self._request_body(now_s)

@@ -1,11 +1,12 @@
 """What a robot's node is given: who the robot is, how it is to run, and what it uses of its process."""
 
+import secrets
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from crcolony.config import Config
-from crcolony.protocol.identity import Identity
+from crcolony.protocol.identity import ArenaId, Identity
 from crcolony.protocol.telemetry_messages import RobotEvent
 from crcolony.storage.store import RobotStore
 from crcolony.transport.interface import Transport
@@ -44,6 +45,25 @@ class NodeResources:
     on_event: Callable[[RobotEvent], None] = _ignore_event
 
 
+class KnownArenas(Protocol):
+    """The arenas in which a robot lives, by name."""
+
+    def accepts(self, name: str, arena: ArenaId) -> bool:
+        """Return whether a robot may live in an arena of this name; the first one is remembered."""
+        ...
+
+
+class FirstArenas:
+    """Accepts the first arena of each name, for as long as the process runs."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, ArenaId] = {}
+
+    def accepts(self, name: str, arena: ArenaId) -> bool:
+        """See `KnownArenas`."""
+        return self._known.setdefault(name, arena) == arena
+
+
 @dataclass(frozen=True)
 class EmbodimentOptions:
     """Where a robot requests its body, and how often it saves and publishes its state."""
@@ -52,6 +72,9 @@ class EmbodimentOptions:
     arena: str
     wanted_slot: int = -1
     """The slot of the arena that it requests; -1: any"""
+    known_arenas: KnownArenas = field(default_factory=FirstArenas)
+    draw: Callable[[int], bytes] = secrets.token_bytes
+    """Draws random bytes for keys"""
     snapshot_s: float = 10.0
     state_period_s: float = STATE_PERIOD_S
 

@@ -46,6 +46,7 @@ class RobotNode:
         allow: AllowList | None = None,
         limits: MatingLimits | None = None,
     ) -> None:
+        self.member = member
         self.id: RobotId = member.identity.id
         self.colony, self.number = member.colony, member.number
         self.incarnation = member.incarnation

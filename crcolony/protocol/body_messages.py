@@ -14,17 +14,26 @@ from crcolony.protocol.codec import (
     Id,
     Message,
     Name,
+    Ordinal,
     StrictDecoder,
     Tick,
     WireError,
 )
+from crcolony.protocol.link_keys import EXCHANGE_KEY_BYTES
 from crcolony.protocol.mating_messages import Nonce
+
+DIGEST_BYTES = 16
+"""Of the digest of a request"""
 
 ObservationRow = Annotated[
     bytes, Meta(min_length=8 * OBSERVATION_WIDTH, max_length=8 * OBSERVATION_WIDTH)
 ]
 
 ActionRow = Annotated[bytes, Meta(min_length=8 * ACTION_WIDTH, max_length=8 * ACTION_WIDTH)]
+
+
+ExchangeKey = Annotated[bytes, Meta(min_length=EXCHANGE_KEY_BYTES, max_length=EXCHANGE_KEY_BYTES)]
+Digest = Annotated[bytes, Meta(min_length=DIGEST_BYTES, max_length=DIGEST_BYTES)]
 
 
 class Join(Message, frozen=True, tag="join"):
@@ -34,11 +43,22 @@ class Join(Message, frozen=True, tag="join"):
     colony: Name
     slot: Annotated[int, Meta(ge=-1, lt=2**31)]
     """The slot it prefers, -1 for any"""
+    arena_run: ArenaRun
+    """The run that is to answer"""
+    incarnation: Ordinal
+    count: Tick
+    """Of its requests in this incarnation: an older one is never carried out"""
+    exchange_key: ExchangeKey
+    """Drawn for this link"""
 
 
 class BodyGranted(Message, frozen=True, tag="body_granted"):
     """Reply of the arena: the robot has a body."""
 
+    request: Digest
+    """Of the request"""
+    exchange_key: ExchangeKey
+    """Drawn for this link"""
     slot: Annotated[int, Meta(ge=0, lt=2**31)]
     arena_run: ArenaRun
     """Identifies this run of the arena; ticks of two runs cannot be compared"""
@@ -53,6 +73,7 @@ class BodyGranted(Message, frozen=True, tag="body_granted"):
 class BodyDenied(Message, frozen=True, tag="body_denied"):
     """Reply of the arena: the robot gets no body."""
 
+    request: Digest
     reason: Annotated[str, Meta(max_length=200)]
 
 
@@ -60,6 +81,9 @@ class Leave(Message, frozen=True, tag="leave"):
     """A robot gives its body back."""
 
     robot: Id
+    arena_run: ArenaRun
+    incarnation: Ordinal
+    count: Tick
 
 
 class Contact(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):

@@ -1,4 +1,4 @@
-"""The identity of a robot: its Ed25519 key (RFC 8032).
+"""The identity of a robot, and of an arena: its Ed25519 key (RFC 8032).
 
 A robot's id is a hash of its public key, so no other robot can use it without the secret key. Ed25519 comes from
 libsodium (PyNaCl), which signs in 31 and verifies in 65 microseconds; OpenSSL takes 45 and 110 to 140.
@@ -18,6 +18,9 @@ from crcolony.errors import CrcolonyError
 
 RobotId = bytes
 """16 bytes: BLAKE2b of the public key. It is shown as 32 hex digits, or as the first eight."""
+
+ArenaId = bytes
+"""16 bytes, of the public key of an arena or a bridge"""
 
 ID_BYTES = 16
 SEED_BYTES = 32
@@ -50,6 +53,11 @@ class Identity:
 def robot_id(public_key: bytes) -> RobotId:
     """Return the id that belongs to a public key."""
     return hashlib.blake2b(public_key, digest_size=ID_BYTES, person=b"crcolony robot").digest()
+
+
+def arena_id(public_key: bytes) -> ArenaId:
+    """Return the id of the arena or bridge that has a public key."""
+    return hashlib.blake2b(public_key, digest_size=ID_BYTES, person=b"crcolony arena").digest()
 
 
 def is_signed(content: bytes, signature: bytes, public_key: bytes) -> bool:

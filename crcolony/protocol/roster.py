@@ -11,8 +11,8 @@ import msgspec
 from msgspec import Meta
 
 from crcolony.protocol.codec import VERSION, Id, Name, StrictDecoder, WireError, encode
-from crcolony.protocol.envelope import Signature
 from crcolony.protocol.identity import Identity, RobotId, is_signed
+from crcolony.protocol.signed_envelope import Signature
 
 MAX_ROSTER_BYTES = 262_144
 """Some thousands of members."""

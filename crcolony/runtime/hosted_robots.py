@@ -8,7 +8,7 @@ from crcolony.body import contract
 from crcolony.nodes.arena_node import ArenaNode
 from crcolony.nodes.node_inputs import STATE_PERIOD_S
 from crcolony.nodes.robot_node import RobotNode
-from crcolony.protocol.body_messages import Contact, Join
+from crcolony.protocol.body_messages import Contact
 from crcolony.protocol.identity import RobotId
 from crcolony.robot.state import Robots, StepParameters
 from crcolony.robot.step import step_robots
@@ -55,7 +55,7 @@ class HostedRobots:
         """
         for slot, node in enumerate(self.nodes):
             node.start(now_s)
-            arena.join(Join(node.id, node.colony, slot))
+            arena.join(node.id, node.colony, slot)
             node.arena, node.telemetry.settings = arena_name, settings
             self._transport.add_robot(node.id, node.incarnation)
         self._state_due_s, self._save_due_s = now_s, now_s + self._save_period_s

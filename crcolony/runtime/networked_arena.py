@@ -8,7 +8,7 @@ from crcolony.body_server.body_server import BodyServer
 from crcolony.durable_files import replace_file
 from crcolony.nodes.arena_node import ArenaNode
 from crcolony.protocol.codec import encode
-from crcolony.protocol.identity import RobotId
+from crcolony.protocol.identity import Identity, RobotId
 from crcolony.storage.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
 from crcolony.storage.files import FolderError
 from crcolony.transport.interface import InboundEvent
@@ -21,19 +21,20 @@ _SAVE_PERIOD_S = 10.0
 
 
 class NetworkedArena:
-    """An `ArenaNode` with its transport and its checkpoint. `name` is the arena's name on the network."""
+    """An `ArenaNode` with its transport and its checkpoint; `name` is its name on the network, `identity` its key."""
 
     def __init__(
         self,
         node: ArenaNode,
         name: str,
+        identity: Identity,
         transport: ArenaTransport,
         checkpoint: Path | None,
         print_line: Callable[[str], None],
     ) -> None:
         self.node, self.name = node, name
         self._transport, self._checkpoint, self._print_line = transport, checkpoint, print_line
-        self._server = BodyServer(node, transport.remove_robot, print_line, name)
+        self._server = BodyServer(node, identity, transport.remove_robot, print_line, name)
         self._scenes = 0
         now_s = time.monotonic()
         self._scene_due_s = self._removal_due_s = now_s
@@ -46,7 +47,9 @@ class NetworkedArena:
     def publish_observations(self, robots: Iterable[RobotId]) -> None:
         """Publish the present observations of these robots' bodies."""
         for robot in robots:
-            self._transport.publish_observation(robot, self.node.observation(robot))
+            observation = self._server.observation(robot)
+            if observation is not None:
+                self._transport.publish_observation(robot, observation)
 
     def handle_timers(self, now_s: float) -> None:
         """Publish the scene, remove absent robots and save, each when it is due."""

@@ -21,6 +21,7 @@ from crcolony.robot.factory import make_robots, own_streams
 from crcolony.robot.robot import Robot
 from crcolony.robot.state import Robots
 from crcolony.robot.step import step_robots
+from crcolony.runtime.arena_key import arena_identity
 from crcolony.runtime.console import print_line, print_warning
 from crcolony.runtime.host_process import HostProcess
 from crcolony.runtime.hosted_robots import HostedRobots
@@ -101,9 +102,8 @@ def run_host(options: HostOptions, opened_folder: ColonyFolder, service: Service
                 _new_node(identity, options.colony, number, robot, batch, store, robot_transport)
             )
         transport = ArenaTransport(session, options.arena, arena_run, inbox.deliver)
-        networked = NetworkedArena(
-            arena, options.arena, transport, folder / ARENA_CHECKPOINT, print_line
-        )
+        key, checkpoint = arena_identity(options.arena, folder), folder / ARENA_CHECKPOINT
+        networked = NetworkedArena(arena, options.arena, key, transport, checkpoint, print_line)
         hosted = HostedRobots(nodes, batch, parameters, robot_transport)
         process = HostProcess(networked, hosted, inbox, connection, print_line)
         process.start(settings_of_robot(config, config.body))

@@ -24,9 +24,16 @@ from crcolony.runtime.startup_report import StartupReport
 from crcolony.runtime.warm_up import warm_up
 from crcolony.shutdown import ShutdownSignal
 from crcolony.storage.claimed_folder import check_folder
-from crcolony.storage.files import KEY_FILE, ROBOT_FILE, FolderError, make_folder
+from crcolony.storage.files import (
+    KEY_FILE,
+    KNOWN_ARENAS_FILE,
+    ROBOT_FILE,
+    FolderError,
+    make_folder,
+)
 from crcolony.storage.folder_record import read_record
 from crcolony.storage.founders_file import FOUNDERS_FILE, Beginning, read_founders
+from crcolony.storage.known_arenas import KnownArenasFile
 from crcolony.storage.store import RobotStore
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.network_settings import NetworkSettings
@@ -71,6 +78,7 @@ def run_robot(options: RobotOptions, service: ServiceNotifier) -> None:
     if warning := key_warning(key):
         print_warning(warning)
     allow = AllowList.load(options.allow) if options.allow else AllowList()
+    known_arenas = KnownArenasFile(options.folder / KNOWN_ARENAS_FILE)
     config, number = options.config, max(options.number, 0)
     streams = (
         numbered_streams(config.seed, number, 1)
@@ -104,14 +112,10 @@ def run_robot(options: RobotOptions, service: ServiceNotifier) -> None:
         )
         node = RobotNode(member, robot, batch, resources, allow)
         print_line(f"robot {identity.id.hex()} of colony {options.colony}")
-        process = RobotProcess(
-            node,
-            transport,
-            inbox,
-            EmbodimentOptions(config, options.arena, options.number, options.snapshot_s),
-            connection,
-            print_line,
+        embodiment = EmbodimentOptions(
+            config, options.arena, options.number, known_arenas, snapshot_s=options.snapshot_s
         )
+        process = RobotProcess(node, transport, inbox, embodiment, connection, print_line)
         service.say_ready(f"robot {identity.id.hex()}")
         process.run(service.watching(stop))
         print_line(f"saved in generation {robot.generation}, after {node.matings} matings")

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 
 from crcolony.body_server.body_server import BodyServer
+from crcolony.protocol.identity import Identity
 from crcolony.runtime.real_time_loop import run_in_real_time
 from crcolony.transport.connection import Connection
 from crcolony.transport.inbox import Inbox
@@ -27,12 +28,13 @@ _REMOVAL_PERIOD_S = 0.5
 
 
 class BridgeProcess:
-    """Serves attached robots under an arena's keys; `name` is that arena's name."""
+    """Serves attached robots under an arena's keys; `name` is that arena's name, `identity` the key."""
 
     def __init__(
         self,
         bodies: AttachedBodies,
         name: str,
+        identity: Identity,
         transport: ArenaTransport,
         relay: EnvelopeRelay,
         inbox: Inbox,
@@ -40,7 +42,7 @@ class BridgeProcess:
         print_line: Callable[[str], None],
     ) -> None:
         self._bodies, self._transport, self._inbox = bodies, transport, inbox
-        self._server = BodyServer(bodies, transport.remove_robot, print_line, name)
+        self._server = BodyServer(bodies, identity, transport.remove_robot, print_line, name)
         self._relay, self._connection = relay, connection
         self._absent = AbsentRobots(self._server.online)
         self._removal_due_s = 0.0
@@ -75,7 +77,9 @@ class BridgeProcess:
         """Begin a control period, and publish the observations of bodies that have measured something."""
         now_s = time.monotonic()
         for robot in self._bodies.step(now_s, self._server.online):
-            self._transport.publish_observation(robot, self._bodies.observation(robot))
+            observation = self._server.observation(robot)
+            if observation is not None:
+                self._transport.publish_observation(robot, observation)
         for receiver, message in self._bodies.received:
             colony = self._bodies.colony_of(receiver)
             self._absent.receive(now_s, message.robot, colony)

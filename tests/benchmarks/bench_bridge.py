@@ -26,17 +26,16 @@ from crcolony.body import contract
 from crcolony.protocol.body_messages import (
     Action,
     BodyGranted,
-    Join,
-    decode_join_reply,
-    decode_observation,
     pack_row,
 )
-from crcolony.protocol.codec import encode
-from crcolony.protocol.key_expressions import ArenaKeys
+from crcolony.protocol.identity import seeded
+from crcolony.protocol.key_expressions import ArenaKeys, parse_arena_token
 from crcolony.runtime.emergency_stop import stop_robots
 from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.zenoh_session import Session, open_session
+from crcolony.transport.zenoh_tokens import tokens_online
 from tests.robot_firmware_bridge.emulated_robot import AvrRobot
+from tests.support.linked_robot import LinkedRobot
 from tests.support.process_colony import Colony, Process, colony
 
 TURNS = 200
@@ -96,27 +95,31 @@ class RobotOfZenoh:
     """The least that can have a body: it joins, notes when observations arrive, and sends actions."""
 
     def __init__(self, session: Session, arena: str, number: int) -> None:
-        keys, robot = ArenaKeys(arena), bytes([number]) * 16
+        keys, identity = ArenaKeys(arena), seeded("bench", 1, number)
+        robot = identity.id
+        tokens = map(parse_arena_token, tokens_online(session, keys.all_alive))
+        self._end = LinkedRobot(identity, arena, next(t.arena_run for t in tokens if t), "bench")
         self.arrivals_s: list[float] = []
         self.tick = 0
         self._subscriber = session.declare_subscriber(
             keys.observation(robot), Callback(self._on_observation, indirect=False)
         )
         self._publisher = session.declare_publisher(keys.action(robot), express=True)
-        for reply in session.get(keys.join(robot), payload=encode(Join(robot, "bench", -1))):
+        for reply in session.get(keys.join(robot), payload=self._end.request()):
             assert reply.ok is not None
-            assert isinstance(decode_join_reply(reply.ok.payload.to_bytes()), BodyGranted)
+            assert isinstance(self._end.reply(reply.ok.payload.to_bytes()), BodyGranted)
 
     def _on_observation(self, sample: object) -> None:
         self.arrivals_s.append(time.perf_counter())
-        self.tick = decode_observation(sample.payload.to_bytes()).tick  # type: ignore[attr-defined]
+        opened = self._end.link.open_observation(sample.payload.to_bytes())  # type: ignore[attr-defined]
+        self.tick = opened[0].tick if opened else self.tick
 
     def act(self, speed_m_s: float) -> None:
         """Answer the last observation."""
         row = np.zeros(contract.ACTION_WIDTH)
         row[[contract.WHEEL_LEFT, contract.WHEEL_RIGHT]] = speed_m_s
         row[contract.TTL] = 0.3
-        self._publisher.put(encode(Action(self.tick, pack_row(row))))
+        self._publisher.put(self._end.seal(Action(self.tick, pack_row(row))))
 
 
 def measure_bridge(made: Colony, folder: Path) -> None:

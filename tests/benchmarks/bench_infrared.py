@@ -20,7 +20,7 @@ from crcolony_bridge.infrared.ir_messages import seal
 from crcolony_bridge.reference_firmware.driver import SerialFirmware
 
 from crcolony.body import contract
-from crcolony.protocol.body_messages import Action, Join, decode_observation, pack_row
+from crcolony.protocol.body_messages import Action, decode_observation, pack_row
 from tests.robot_firmware_bridge.emulated_robot import AvrRobot
 from tests.robot_firmware_bridge.firmware import WORDS_ALONE
 from tests.robot_firmware_bridge.ir_air import IrAir, ir_air
@@ -107,7 +107,7 @@ def measure_contacts(folder: Path, name: str, defines: str) -> None:
         delays, random_ = np.array([]).reshape(0, 2), random.Random(1)
         for _ in range(MEETINGS):
             for inhabitant in PAIR:
-                bodies.join(Join(inhabitant, "bench", -1))
+                bodies.join(inhabitant, "bench")
             air.is_clear = False
             run_until(bodies, random_.uniform(2.0, 4.0))
             air.is_clear = True

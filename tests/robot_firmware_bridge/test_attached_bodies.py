@@ -11,12 +11,11 @@ from crcolony_bridge.driver import DriverState, RobotDescription
 
 from crcolony.body import contract
 from crcolony.body.settings import CyberRodent
+from crcolony.body_server.body_slots import NoBodyError
 from crcolony.protocol.body_messages import (
     Action,
-    BodyDenied,
     BodyGranted,
     Contact,
-    Join,
     Observation,
     decode_observation,
     pack_row,
@@ -50,9 +49,9 @@ class Setup(AttachedFakes):
                     assert unpack_row(observation.row)[contract.ENCOUNTER] == 1.0
         return contacts
 
-    def join(self, k: int) -> BodyGranted | BodyDenied:
-        """Let robot k ask for a body."""
-        return self.bodies.join(Join(IDS[k], "test", -1))
+    def join(self, k: int) -> BodyGranted:
+        """Let robot k ask for a body; raises NoBodyError."""
+        return self.bodies.grant(self.bodies.join(IDS[k], "test"), bytes(16), bytes(32))
 
     def step(
         self,
@@ -89,7 +88,6 @@ def setup() -> Iterator[Setup]:
 def test_a_robot_joins_observes_and_drives(setup: Setup) -> None:
     """And the body stands still when it leaves."""
     granted = setup.join(0)
-    assert isinstance(granted, BodyGranted)
     assert granted.slot == 0
     assert not granted.lockstep
     body = msgspec.json.decode(granted.body, type=CyberRodent)
@@ -110,11 +108,9 @@ def test_there_are_as_many_bodies_as_robots_that_are_there(setup: Setup) -> None
     setup.drivers[0].lose()
     wait_until(lambda: not setup.robots[0].is_connected, "it is lost")
     granted = setup.join(0)
-    assert isinstance(granted, BodyGranted)
     assert granted.slot == 1
-    denied = setup.join(1)
-    assert isinstance(denied, BodyDenied)
-    assert "robot0 not connected" in denied.reason
+    with pytest.raises(NoBodyError, match="robot0 not connected"):
+        setup.join(1)
 
 
 def test_a_robot_that_is_silent_has_no_observations(setup: Setup) -> None:
@@ -152,9 +148,8 @@ def test_who_lives_in_a_robot_with_a_critical_battery_rests_until_it_is_charged(
     setup.join(0)
     setup.step(battery=0.2)
     assert setup.step(battery=0.1, is_critical=True) == []
-    denied = setup.join(1)
-    assert isinstance(denied, BodyDenied)
-    assert "robot1 battery critical" in denied.reason
+    with pytest.raises(NoBodyError, match="robot1 battery critical"):
+        setup.join(1)
     (observation,) = setup.step(battery=0.6)
     assert unpack_row(observation.row)[contract.CHARGE] == pytest.approx(0.25)
 

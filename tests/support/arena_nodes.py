@@ -4,8 +4,7 @@ import numpy as np
 
 from crcolony.body import contract
 from crcolony.nodes.arena_node import ArenaNode
-from crcolony.protocol.body_messages import Action, BodyGranted, Join, decode_join_reply, pack_row
-from crcolony.protocol.codec import encode
+from crcolony.protocol.body_messages import Action, BodyGranted, pack_row
 from crcolony.protocol.identity import seeded
 from tests.support.small_colony import small
 
@@ -19,10 +18,8 @@ def new_node(*settings: str, lockstep: bool = True, expect: int = 0) -> ArenaNod
 
 
 def join(node: ArenaNode, robot: int, colony: str = "test", number: int = -1) -> BodyGranted:
-    """Let a robot join, by encoded messages; return the grant of its body."""
-    reply = decode_join_reply(encode(node.join(Join(IDS[robot], colony, number))))
-    assert isinstance(reply, BodyGranted)
-    return reply
+    """Let a robot join; return the grant of its body."""
+    return node.grant(node.join(IDS[robot], colony, number), bytes(16), bytes(32))
 
 
 def filled_node(*settings: str, lockstep: bool = True) -> ArenaNode:

@@ -14,7 +14,7 @@ from crcolony.protocol.encounters import (
     Send,
     Write,
 )
-from crcolony.protocol.envelope import SignedEnvelope, has_valid_signature, open_envelope
+from crcolony.protocol.envelope import has_valid_signature, open_envelope
 from crcolony.protocol.identity import Identity, RobotId, seeded
 from crcolony.protocol.mating import MatingStateMachine
 from crcolony.protocol.mating_messages import (
@@ -27,6 +27,7 @@ from crcolony.protocol.mating_messages import (
     Propose,
     Refuse,
 )
+from crcolony.protocol.signed_envelope import SignedEnvelope
 
 Kind = Literal[
     "decided twice",

@@ -13,13 +13,17 @@ from pathlib import Path
 import numpy as np
 
 from crcolony.body.contract import OBSERVATION_WIDTH
-from crcolony.protocol.body_messages import Join, Observation, pack_row
+from crcolony.protocol.body_messages import Observation, pack_row
 from crcolony.protocol.codec import MAX_ENVELOPE_BYTES, encode
-from crcolony.protocol.envelope import SignedEnvelope, sign_message
+from crcolony.protocol.envelope import sign_message
 from crcolony.protocol.identity import Identity, load_key
+from crcolony.protocol.link_keys import CODE_BYTES
 from crcolony.protocol.mating_messages import Accept, Commit, MatingMessage, Propose
+from crcolony.protocol.signed_envelope import SignedEnvelope
 from crcolony.protocol.telemetry_messages import HistoryRequest, RobotState
+from tests.support.hostile_bodies import BODY_ATTACKS
 from tests.support.hostile_session import ARENA, COLONY, DIGEST, Hostile, Insider
+from tests.support.linked_robot import forged_join
 
 BURSTS_PER_S = 100.0
 """How many times a second an attack sends what is due."""
@@ -154,7 +158,7 @@ def joins(peer: Hostile) -> Callable[[], None]:
     def shoot() -> None:
         robot = peer.chance.randbytes(16)
         peer.query(
-            peer.arena.join(robot), encode(Join(robot, COLONY, peer.chance.randrange(-1, 5)))
+            peer.arena.join(robot), forged_join(robot, COLONY, peer.chance.randrange(-1, 5), 0)
         )
         peer.query(peer.arena.join(robot), peer.chance.randbytes(40))
 
@@ -185,11 +189,13 @@ def observations(peer: Hostile) -> Callable[[], None]:
         seen = peer.observations[robot]
         row = np.array([peer.chance.uniform(-1e9, 1e9) for _ in range(OBSERVATION_WIDTH)])
         other = peer.chance.randrange(2**62)
+        code = peer.chance.randbytes(CODE_BYTES)
         nothing = pack_row(np.full(OBSERVATION_WIDTH, np.nan))
         forged = (
-            encode(Observation(other, seen.tick + 5, pack_row(row), None)),
-            encode(Observation(seen.arena_run, max(0, seen.tick - 10), pack_row(row), None)),
-            encode(Observation(seen.arena_run, seen.tick + 5, nothing, None)),
+            encode(Observation(other, seen.tick + 5, pack_row(row), None)) + code,
+            encode(Observation(seen.arena_run, max(0, seen.tick - 10), pack_row(row), None)) + code,
+            encode(Observation(seen.arena_run, seen.tick + 5, nothing, None)) + code,
+            encode(Observation(seen.arena_run, seen.tick + 1, pack_row(row), None)) + code,
             peer.chance.randbytes(200),
         )
         peer.put(peer.arena.observation(robot), peer.chance.choice(forged))
@@ -202,7 +208,9 @@ def future(peer: Hostile) -> Callable[[], None]:
     robot = peer.robots[0]
     seen = peer.observations[robot]
     peer.put(
-        peer.arena.observation(robot), encode(Observation(seen.arena_run, 2**52, seen.row, None))
+        peer.arena.observation(robot),
+        encode(Observation(seen.arena_run, 2**52, seen.row, None))
+        + peer.chance.randbytes(CODE_BYTES),
     )
     return lambda: None
 
@@ -254,6 +262,7 @@ ATTACKS: dict[str, tuple[Callable[[Hostile], Callable[[], None]], float]] = {
     "future": (future, 1.0),
     "telemetry": (telemetry, 500.0),
     "tokens": (tokens, 1.0),
+    **BODY_ATTACKS,
 }
 """Every attack, and how many times a second it shoots."""
 

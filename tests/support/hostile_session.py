@@ -17,6 +17,7 @@ from crcolony.protocol.codec import WireError
 from crcolony.protocol.envelope import has_valid_signature, open_envelope
 from crcolony.protocol.identity import Identity, robot_id
 from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
+from crcolony.protocol.link_keys import CODE_BYTES
 from crcolony.protocol.mating_messages import Encounter, MatingMessage, Propose
 from crcolony.robot.genes import agent_schema
 from crcolony.transport.network_settings import NetworkSettings
@@ -45,7 +46,7 @@ class Hostile:
     def __init__(
         self, endpoint: str, robots: list[bytes], seed: int, insider: Insider | None = None
     ) -> None:
-        self.robots = robots
+        self.endpoint, self.robots = endpoint, robots
         self.chance = random.Random(seed)
         self.me = Identity(self.chance.randbytes(32)) if insider is None else insider.identity
         self.recorded: deque[tuple[bytes, bytes, MatingMessage]] = deque(maxlen=2_000)
@@ -90,7 +91,9 @@ class Hostile:
     def _record_observation(self, robot: bytes) -> Callable[[zenoh.Sample], None]:
         def handle_sample(sample: zenoh.Sample) -> None:
             try:
-                self.observations[robot] = seen = decode_observation(sample.payload.to_bytes())
+                self.observations[robot] = seen = decode_observation(
+                    sample.payload.to_bytes()[:-CODE_BYTES]
+                )
             except WireError:
                 return
             if seen.contact is not None:

@@ -1,6 +1,7 @@
 """One robot without a network, for tests: what it sends is recorded, and events are passed to it directly."""
 
-from collections.abc import Sequence
+import secrets
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from crcolony.body.contract import OBSERVATION_WIDTH
 from crcolony.body.settings import CyberRodent
+from crcolony.body_server.body_links import BodyLinks
 from crcolony.nodes.embodied_robot import EmbodiedRobot
 from crcolony.nodes.node_inputs import (
     ColonyMember,
@@ -19,22 +21,26 @@ from crcolony.nodes.node_inputs import (
 from crcolony.nodes.robot_node import RobotNode
 from crcolony.protocol.body_messages import (
     Action,
+    BodyDenied,
     BodyGranted,
     Contact,
     Join,
     Leave,
     Observation,
     decode_action,
-    decode_join,
     pack_row,
 )
+from crcolony.protocol.body_requests import Request, open_request, sign_reply
 from crcolony.protocol.codec import encode
 from crcolony.protocol.identity import RobotId, seeded
+from crcolony.protocol.link_keys import CODE_BYTES
 from crcolony.protocol.telemetry_messages import RobotEvent, Scene, SceneRobot
 from crcolony.robot.factory import make_robots, own_streams
 from crcolony.robot.state import SLICE_OVER
 from crcolony.storage.store import RobotStore
 from crcolony.transport.interface import (
+    ArenaOffline,
+    ArenaOnline,
     JoinReplyReceived,
     ObservationReceived,
     QueryReceived,
@@ -44,6 +50,8 @@ from crcolony.transport.interface import (
 from tests.support.small_colony import small
 
 COLONY, ARENA_RUN = "blue", 7
+ARENA_KEY = seeded("arena", 1, 0)
+_LONG_AFTER_S = 1e6
 ME, PEER = sorted((seeded(COLONY, 1, k) for k in range(2)), key=lambda key: key.id)
 ZERO_ROW = pack_row(np.zeros(OBSERVATION_WIDTH))
 BODY = msgspec.json.encode(CyberRodent()).decode()
@@ -53,7 +61,7 @@ class RecordingTransport:
     """A transport that records what a robot sends."""
 
     def __init__(self) -> None:
-        self.requests: list[Join | Leave] = []
+        self.requests: list[bytes] = []
         self.actions: list[Action] = []
         self.telemetry: list[tuple[str, bytes]] = []
         """Topic and message"""
@@ -63,13 +71,13 @@ class RecordingTransport:
     def send_envelope(self, to: RobotId, envelope: bytes) -> None: ...
 
     def request_body(self, robot: RobotId, request: bytes) -> None:
-        self.requests.append(decode_join(request))
+        self.requests.append(request)
 
     def request_arena_metadata(self) -> None:
         self.metadata_requests += 1
 
     def publish_action(self, robot: RobotId, action: bytes) -> None:
-        self.actions.append(decode_action(action))
+        self.actions.append(decode_action(action[:-CODE_BYTES]))
 
     def publish_telemetry(self, robot: RobotId, topic: TelemetryTopic, data: bytes) -> None:
         self.telemetry.append((topic, data))
@@ -91,6 +99,9 @@ class LoneRobot:
         """What it printed"""
         self.events: list[RobotEvent] = []
         self.reconnections = 0
+        self._arenas: dict[int, BodyLinks] = {}
+        """By run, the other end of the robot's link"""
+        self._arena_run = ARENA_RUN
         self.batch, self.unix_s = batch, 1_000.0
         member = ColonyMember(ME, COLONY, 0, self.store.begin_incarnation(5))
         resources = NodeResources(
@@ -109,12 +120,40 @@ class LoneRobot:
     def _reconnect(self) -> None:
         self.reconnections += 1
 
+    @property
+    def requested(self) -> list[Join | Leave]:
+        """What it has requested of arenas."""
+        return [open_request(data).message for data in self.transport.requests]
+
     def grant_body(
-        self, now_s: float, tick: int = 0, lockstep: bool = False, arena_run: int = ARENA_RUN
+        self,
+        now_s: float,
+        tick: int = 0,
+        lockstep: bool = False,
+        arena_run: int = ARENA_RUN,
+        body: str = BODY,
     ) -> None:
-        """Grant it a body in slot 2."""
-        reply = encode(BodyGranted(2, arena_run, tick, 0.1, lockstep, BODY))
+        """Let a run of its arena come online, in place of the former one, and grant it a body in slot 2."""
+        if arena_run != self._arena_run:
+            self.robot.handle_event(now_s, ArenaOffline(self._arena_run))
+        self._arena_run = arena_run
+        self.robot.handle_event(now_s, ArenaOnline(arena_run))
+        links = self._arenas.setdefault(
+            arena_run, BodyLinks("here", arena_run, ARENA_KEY, secrets.token_bytes)
+        )
+        request = links.receive(_LONG_AFTER_S + now_s, ME.id, self.transport.requests[-1])
+        assert isinstance(request, Request)
+        reply = links.grant(
+            request,
+            lambda digest, key: BodyGranted(digest, key, 2, arena_run, tick, 0.1, lockstep, body),
+        )
         self.robot.handle_event(now_s, JoinReplyReceived(ME.id, reply))
+
+    def reply(self, now_s: float, reply: Callable[[bytes], BodyGranted | BodyDenied]) -> None:
+        """Let its arena reply to its last request; `reply` makes the message from the request's digest."""
+        request = open_request(self.transport.requests[-1])
+        data = sign_reply(reply(request.digest), "here", ARENA_KEY)
+        self.robot.handle_event(now_s, JoinReplyReceived(ME.id, data))
 
     def observe(
         self,
@@ -126,7 +165,9 @@ class LoneRobot:
     ) -> None:
         """Deliver an observation."""
         observation = encode(Observation(arena_run, tick, row, contact))
-        self.robot.handle_event(now_s, ObservationReceived(ME.id, observation))
+        links = self._arenas.get(self._arena_run)
+        sealed = links.seal_observation(ME.id, observation) if links else None
+        self.robot.handle_event(now_s, ObservationReceived(ME.id, sealed or bytes(99)))
 
     def deliver_scene(self, now_s: float, is_lit: bool) -> None:
         """Deliver a scene with the body of `PEER`, with its lamp on or off."""

@@ -25,7 +25,9 @@ def pack(*values: Any) -> bytes:
 
 
 COMMIT = pack("commit", WHO)
-GRANTED = ("body_granted", 0, 0, 0)
+REQUEST = (0, 1, 1, bytes(32))
+"""The rest of a join: run, incarnation, count and key"""
+GRANTED = ("body_granted", bytes(16), bytes(32), 0, 0, 0)
 
 MALFORMED: dict[str, tuple[str, bytes]] = {
     "nothing": ("mating", b""),
@@ -46,7 +48,7 @@ MALFORMED: dict[str, tuple[str, bytes]] = {
     "unknown_name": ("mating", pack("comit", WHO)),
     "name_in_capitals": ("mating", pack("Commit", WHO)),
     "name_as_bytes": ("mating", pack(b"commit", WHO)),
-    "name_of_another_decoder": ("mating", pack("leave", INITIATOR.id)),
+    "name_of_another_decoder": ("mating", pack("leave", INITIATOR.id, 0, 1, 1)),
     "field_missing": ("mating", pack("commit")),
     "field_too_many": ("mating", pack("commit", WHO, 0)),
     "field_too_many_inside": ("mating", pack("commit", [*WHO, 0])),
@@ -107,22 +109,28 @@ MALFORMED: dict[str, tuple[str, bytes]] = {
     "content_empty": ("envelope", pack(b"", KEY, SIGNATURE)),
     "content_garbage": ("envelope", pack(b"\xff" * 40, KEY, SIGNATURE)),
     "content_not_canonical": ("envelope", pack(COMMIT[:-1] + b"\xcc\x01", KEY, SIGNATURE)),
-    "content_of_another_decoder": ("envelope", pack(pack("leave", IDS[0]), KEY, SIGNATURE)),
+    "content_of_another_decoder": (
+        "envelope",
+        pack(pack("leave", IDS[0], 0, 1, 1), KEY, SIGNATURE),
+    ),
     "content_header_too_wide": ("envelope", b"\x93\xc5\x00" + pack(COMMIT, KEY, SIGNATURE)[2:]),
     "key_of_31_bytes": ("envelope", pack(COMMIT, KEY[:31], SIGNATURE)),
     "signature_of_63_bytes": ("envelope", pack(COMMIT, KEY, SIGNATURE[:63])),
     "key_of_the_receiver": ("envelope", pack(COMMIT, RESPONDER.public_key, SIGNATURE)),
     "key_of_another_robot": ("envelope", pack(COMMIT, seeded(COLONY, 2, 0).public_key, SIGNATURE)),
     "done_from_the_initiator": ("envelope", pack(pack("done", WHO), KEY, SIGNATURE)),
-    "join_oversize": ("join", pack("join", IDS[0], "a" * 5000, 0)),
-    "join_slot_below": ("join", pack("join", IDS[0], COLONY, -2)),
-    "join_slot_above": ("join", pack("join", IDS[0], COLONY, 2**31)),
-    "colony_empty": ("join", pack("join", IDS[0], "", 0)),
-    "colony_of_65_letters": ("join", pack("join", IDS[0], "a" * 65, 0)),
-    "colony_with_a_slash": ("join", pack("join", IDS[0], "a/b", 0)),
-    "colony_with_a_star": ("join", pack("join", IDS[0], "a*", 0)),
-    "colony_not_ascii": ("join", pack("join", IDS[0], "ä", 0)),
-    "colony_with_a_line_end": ("join", pack("join", IDS[0], "a\n", 0)),
+    "join_oversize": ("join", pack("join", IDS[0], "a" * 5000, 0, *REQUEST)),
+    "join_slot_below": ("join", pack("join", IDS[0], COLONY, -2, *REQUEST)),
+    "join_slot_above": ("join", pack("join", IDS[0], COLONY, 2**31, *REQUEST)),
+    "colony_empty": ("join", pack("join", IDS[0], "", 0, *REQUEST)),
+    "colony_of_65_letters": ("join", pack("join", IDS[0], "a" * 65, 0, *REQUEST)),
+    "colony_with_a_slash": ("join", pack("join", IDS[0], "a/b", 0, *REQUEST)),
+    "colony_with_a_star": ("join", pack("join", IDS[0], "a*", 0, *REQUEST)),
+    "colony_not_ascii": ("join", pack("join", IDS[0], "ä", 0, *REQUEST)),
+    "colony_with_a_line_end": ("join", pack("join", IDS[0], "a\n", 0, *REQUEST)),
+    "exchange_key_short": ("join", pack("join", IDS[0], COLONY, 0, 0, 1, 1, bytes(31))),
+    "exchange_key_as_text": ("join", pack("join", IDS[0], COLONY, 0, 0, 1, 1, "a" * 32)),
+    "request_short": ("join_reply", pack("body_denied", bytes(15), "")),
     "leave_with_nothing": ("join", pack("leave")),
     "period_zero": ("join_reply", pack(*GRANTED, 0.0, True, "")),
     "period_negative": ("join_reply", pack(*GRANTED, -0.2, True, "")),
@@ -138,10 +146,16 @@ MALFORMED: dict[str, tuple[str, bytes]] = {
         ),
     ),
     "lockstep_as_number": ("join_reply", pack(*GRANTED, 0.2, 1, "")),
-    "slot_negative": ("join_reply", pack("body_granted", -1, 0, 0, 0.2, True, "")),
-    "arena_run_of_63_bits": ("join_reply", pack("body_granted", 0, 2**62, 0, 0.2, True, "")),
+    "slot_negative": (
+        "join_reply",
+        pack("body_granted", bytes(16), bytes(32), -1, 0, 0, 0.2, True, ""),
+    ),
+    "arena_run_of_63_bits": (
+        "join_reply",
+        pack("body_granted", bytes(16), bytes(32), 0, 2**62, 0, 0.2, True, ""),
+    ),
     "body_oversize": ("join_reply", pack(*GRANTED, 0.2, True, "a" * 4097)),
-    "reason_of_201_letters": ("join_reply", pack("body_denied", "a" * 201)),
+    "reason_of_201_letters": ("join_reply", pack("body_denied", bytes(16), "a" * 201)),
     "row_too_short": ("observation", pack("observation", 0, 0, ROW[8:], None)),
     "row_too_long": ("observation", pack("observation", 0, 0, ROW + bytes(8), None)),
     "tick_of_54_bits": ("observation", pack("observation", 0, 2**53, ROW, None)),
@@ -161,9 +175,9 @@ EDGES: dict[str, tuple[str, bytes]] = {
         pack("propose", [*IDS, 2**32 - 1, 2**32 - 1], 2**48 - 1, SCHEMA, "ä" * 64, bytes(8 * 4096)),
     ),
     "smallest_numbers": ("mating", pack("propose", [*IDS, 0, 0], 0, SCHEMA, "a", bytes(8))),
-    "longest_colony": ("join", pack("join", IDS[0], "A_z.9-" * 10 + "abcd", 2**31 - 1)),
+    "longest_colony": ("join", pack("join", IDS[0], "A_z.9-" * 10 + "abcd", 2**31 - 1, *REQUEST)),
     "longest_period": ("join_reply", pack(*GRANTED, 1e4, True, "")),
-    "longest_reason": ("join_reply", pack("body_denied", "ä" * 200)),
+    "longest_reason": ("join_reply", pack("body_denied", bytes(16), "ä" * 200)),
     "last_tick": ("observation", pack("observation", 2**62 - 1, 2**53 - 1, ROW, [IDS[1], 0])),
 }
 """By name the decoder and the bytes: each message is just within the limits."""

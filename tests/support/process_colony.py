@@ -262,7 +262,8 @@ class Colony:
         for robot in self.robots:
             robot.signal(signal.SIGTERM)
         for robot in self.robots:
-            assert robot.wait() == 0, robot.output
+            code = robot.wait()
+            assert code == 0, f"exit code {code}: {robot.output}"
 
     def kill_all(self) -> None:
         """End every process that was started here."""

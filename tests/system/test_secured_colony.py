@@ -10,7 +10,7 @@ import pytest
 import zenoh
 
 from crcolony.body.contract import ACTION_WIDTH
-from crcolony.protocol.body_messages import Action, Join, Leave, pack_row
+from crcolony.protocol.body_messages import Action, pack_row
 from crcolony.protocol.codec import encode
 from crcolony.protocol.identity import Identity
 from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
@@ -19,6 +19,7 @@ from crcolony.transport.close_session import closing
 from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.zenoh_session import has_links, open_session
 from tests.support.deployment import Deployment
+from tests.support.linked_robot import forged_join, forged_leave
 from tests.support.mating_audit import check_ledger
 from tests.support.observer import EventReceived, Token
 from tests.support.process import wait_until
@@ -92,7 +93,7 @@ Use = Callable[[zenoh.Session, str, bytes], object]
 def attacks(victim: bytes) -> dict[str, tuple[Use, str, bytes]]:
     """Return by name what a robot of the colony could do to another: how, the key, and what it says."""
     action = encode(Action(2**40, pack_row(np.ones(ACTION_WIDTH))))
-    leave, join = encode(Leave(victim)), encode(Join(victim, "other", -1))
+    leave, join = forged_leave(victim), forged_join(victim, "other", -1, 0)
     return {
         "steer": (put, ARENA.action(victim), action),
         "steer all": (put, ARENA.all_actions, action),

@@ -12,8 +12,6 @@ from pathlib import Path
 
 import pytest
 
-from crcolony.protocol.body_messages import Leave
-from crcolony.protocol.codec import encode
 from crcolony.protocol.identity import Identity
 from crcolony.protocol.key_expressions import ArenaKeys, ColonyKeys
 from crcolony.transport.close_session import closing
@@ -23,6 +21,7 @@ from tests.support.attack import secured_siege
 from tests.support.besieged import Besieged
 from tests.support.deployment import Deployment
 from tests.support.lawless_session import open_lawless_session, open_session_without_certificate
+from tests.support.linked_robot import forged_leave
 from tests.support.mating_audit import check_ledger
 from tests.support.observer import Token
 from tests.support.process_colony import settle
@@ -66,16 +65,17 @@ def test_from_outside_there_is_no_link(besieged: Besieged, tmp_path: Path) -> No
     ):
         outside = (first, second, third)
         heard = [Spy(session) for session in outside]
+        leave = forged_leave(victim)
         end_s = time.monotonic() + OUTSIDE_S
         while time.monotonic() < end_s:
             for session in outside:
                 session.put(ARENA.action(victim), b"forged")
                 session.put(COLONY.inbox(victim), b"forged")
-                session.get(ARENA.join(victim), lambda _: None, payload=encode(Leave(victim)))
+                session.get(ARENA.join(victim), lambda _: None, payload=leave)
             time.sleep(0.1)
         assert not [session for session in outside if has_links(session)]
         own = {(ARENA.action(victim), b"forged"), (COLONY.inbox(victim), b"forged")}
-        own |= {(ARENA.join(victim), encode(Leave(victim)))}
+        own |= {(ARENA.join(victim), leave)}
         assert all(spy.heard <= own for spy in heard)
         assert inside.heard
         assert not inside.heard & own

@@ -24,6 +24,7 @@ from crcolony.protocol.body_messages import (
 from crcolony.protocol.codec import Message, encode
 from crcolony.protocol.envelope import sign_message
 from crcolony.protocol.identity import seeded
+from crcolony.protocol.link_keys import ExchangeKey
 from crcolony.protocol.mating_messages import (
     BY_INITIATOR,
     Abort,
@@ -77,13 +78,22 @@ MATING_MESSAGES: dict[str, MatingMessage] = {
 }
 """The content of each signed envelope."""
 
+EXCHANGE = ExchangeKey(bytes(range(32)))
+
 BODIES: dict[str, Message] = {
-    "join": Join(INITIATOR.id, COLONY, -1),
+    "join": Join(INITIATOR.id, COLONY, -1, 2**61, 3, 300, EXCHANGE.public),
     "body_granted": BodyGranted(
-        slot=2, arena_run=2**61, tick=70_000, period_s=0.2, lockstep=False, body='{"camera_m":1.5}'
+        request=bytes(range(16)),
+        exchange_key=EXCHANGE.public,
+        slot=2,
+        arena_run=2**61,
+        tick=70_000,
+        period_s=0.2,
+        lockstep=False,
+        body='{"camera_m":1.5}',
     ),
-    "body_denied": BodyDenied("every slot is taken"),
-    "leave": Leave(INITIATOR.id),
+    "body_denied": BodyDenied(bytes(range(16)), "every slot is taken"),
+    "leave": Leave(INITIATOR.id, 2**61, 3, 301),
     "observation": Observation(
         arena_run=2**61,
         tick=70_000,

@@ -56,3 +56,17 @@ def test_what_is_not_an_action_is_refused(number: float) -> None:
     action[contract.SPEAKER] = number
     with pytest.raises(ValueError, match="only finite numbers"):
         clip_action(action)
+
+
+def test_an_observation_beyond_its_limits_is_named() -> None:
+    """A column of the table at its limits is sensed; beyond them, or not a number, it is not."""
+    low, high = contract.limits(contract.OBSERVATION)
+    for limit in (low, high):
+        contract.check_observation(np.where(np.isfinite(limit), limit, 0.0))
+    for column, quantity in enumerate(contract.OBSERVATION):
+        for value in (np.nan, np.inf, -np.inf, high[column] + 1.0, low[column] - 1.0):
+            row = np.zeros(contract.OBSERVATION_WIDTH)
+            row[column] = value
+            if not np.isfinite(value) or not low[column] <= value <= high[column]:
+                with pytest.raises(ValueError, match=quantity.name):
+                    contract.check_observation(row)

@@ -5,13 +5,12 @@ import pytest
 
 from crcolony.body import contract
 from crcolony.body.settings import CyberRodent
+from crcolony.body_server.body_slots import NoBodyError
 from crcolony.config import load
 from crcolony.nodes.arena_node import ArenaNode
 from crcolony.protocol.body_messages import (
     Action,
-    BodyDenied,
     Contact,
-    Join,
     decode_observation,
     pack_row,
 )
@@ -48,9 +47,8 @@ def test_a_robot_gets_the_slot_it_requests_if_it_is_free() -> None:
 def test_a_full_arena_denies_a_body_and_reports_its_size() -> None:
     """Until a robot leaves."""
     node = filled_node()
-    answer = node.join(Join(IDS[4], "test", -1))
-    assert isinstance(answer, BodyDenied)
-    assert "all 4 slots" in answer.reason
+    with pytest.raises(NoBodyError, match="all 4 slots"):
+        node.join(IDS[4], "test")
     assert node.counts["full"] == 1
     node.leave(IDS[1])
     node.leave(IDS[1])
@@ -198,12 +196,22 @@ def test_two_colonies_share_an_arena_and_never_encounter_each_other() -> None:
 
 
 def test_the_names_of_colonies_without_bodies_are_bounded() -> None:
-    """A robot that joins with ever new names leaves no more of them than there are slots."""
+    """A robot that joins with ever new names leaves no more of them than there are slots.
+
+    It has to leave before it does: a body in use never goes to another colony.
+    """
     node = new_node()
     join(node, 0, "here")
     for k in range(20):
         join(node, 1, f"passing-{k}")
         assert node.colony_of(IDS[1]) == f"passing-{k}"
+        with pytest.raises(
+            NoBodyError, match=f"in use: the robot has a body in colony passing-{k}"
+        ):
+            join(node, 1, "another")
+        assert node.colony_of(IDS[1]) == f"passing-{k}"
+        node.leave(IDS[1])
+    join(node, 1, "last")
     assert len(node.robots) == 2
     assert len(node.colonies) == 4
     assert node.colony_of(IDS[0]) == "here"

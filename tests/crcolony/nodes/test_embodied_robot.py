@@ -1,5 +1,6 @@
 """A robot requests a body, acts on its observations, and recovers from silence, forged messages and lost links."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,6 @@ from crcolony.body.contract import OBSERVATION_WIDTH
 from crcolony.nodes.embodied_robot import DuplicateIdentityError
 from crcolony.protocol.body_messages import (
     BodyDenied,
-    BodyGranted,
     Contact,
     Join,
     Leave,
@@ -32,15 +32,22 @@ from tests.support.lone_robot import ARENA_RUN, COLONY, ME, PEER, LoneRobot
 
 class TestBody:
     def test_it_requests_a_body_until_it_has_one(self, lone: LoneRobot) -> None:
-        """At its start, when an arena comes online, and every second."""
+        """When an arena comes online, and every second."""
         lone.robot.handle_timers(0.0)
         lone.robot.handle_event(0.1, ArenaOnline(ARENA_RUN))
         lone.robot.handle_timers(0.2)
         lone.robot.handle_timers(1.2)
-        assert lone.transport.requests == [Join(ME.id, COLONY, -1)] * 3
+        assert len(set(lone.transport.requests)) == 1, "it is the same request until it is answered"
+        (first, second) = lone.requested
+        assert isinstance(first, Join)
+        assert (first.robot, first.colony, first.slot, first.arena_run) == (
+            ME.id, COLONY, -1, ARENA_RUN,
+        )  # fmt: skip
+        assert first == second
         lone.grant_body(1.3)
+        requests = len(lone.transport.requests)
         lone.robot.handle_timers(2.4)
-        assert len(lone.transport.requests) == 3
+        assert len(lone.transport.requests) == requests
         assert lone.robot.has_body
         assert lone.node.number == 2
 
@@ -77,18 +84,18 @@ class TestBody:
         assert lone.acted == [2, 1]
 
     def test_it_requests_a_body_that_is_silent_again(self, lone: LoneRobot) -> None:
-        """After 3 s; the tick of a forged observation from the future is corrected then."""
+        """After 3 s; an observation that is far ahead of the last one is refused."""
         lone.grant_body(0.0)
         lone.observe(0.1, 2**40)
         lone.observe(0.2, 2)
-        assert lone.acted == [2**40]
-        lone.robot.handle_timers(3.0)
-        assert not lone.transport.requests
-        lone.robot.handle_timers(3.2)
+        assert lone.acted == [2]
+        lone.robot.handle_timers(3.1)
         assert len(lone.transport.requests) == 1
+        lone.robot.handle_timers(3.3)
+        assert len(lone.transport.requests) == 2
         lone.grant_body(3.3, tick=30)
         lone.observe(3.4, 31)
-        assert lone.acted == [2**40, 31]
+        assert lone.acted == [2, 31]
 
     @pytest.mark.parametrize("row", [pack_row(np.full(OBSERVATION_WIDTH, np.nan)), b"short"])
     def test_a_malformed_observation_is_counted(self, lone: LoneRobot, row: bytes) -> None:
@@ -96,21 +103,30 @@ class TestBody:
         lone.grant_body(0.0)
         lone.observe(0.1, 1, row=row)
         assert not lone.acted
-        assert lone.node.telemetry.faults["malformed observation"] == 1
+        assert lone.node.telemetry.faults["refused observation"] == 1
 
     @pytest.mark.parametrize(
         ("reply", "line"),
         [
-            (encode(BodyDenied("full: all 4 slots are taken")), "no body from here: full"),
-            (encode(BodyGranted(0, ARENA_RUN, 0, 0.1, False, "{")), "arena here: malformed reply"),
-            (b"noise", "arena here: malformed reply"),
+            (
+                lambda digest: BodyDenied(digest, "full: all 4 slots are taken"),
+                "no body from here: full",
+            ),
+            (
+                lambda digest: BodyDenied(bytes(16), "full"),
+                "arena here: it replies to another request",
+            ),
         ],
-        ids=["full", "no settings", "noise"],
+        ids=["full", "to another request"],
     )
-    def test_it_prints_why_it_has_no_body(self, lone: LoneRobot, reply: bytes, line: str) -> None:
+    def test_it_prints_why_it_has_no_body(
+        self, lone: LoneRobot, reply: Callable[[bytes], BodyDenied], line: str
+    ) -> None:
         """The arena is full, or its reply is malformed."""
         for _ in range(2):
-            lone.robot.handle_event(4.0, JoinReplyReceived(ME.id, reply))
+            lone.robot.handle_event(4.0, ArenaOnline(ARENA_RUN))
+            lone.reply(4.0, reply)
+        lone.robot.handle_event(4.0, JoinReplyReceived(ME.id, b"noise"))
         assert not lone.robot.has_body
         assert any(printed.startswith(line) for printed in lone.lines)
 
@@ -141,7 +157,12 @@ class TestBody:
     def test_it_returns_its_body(self, lone: LoneRobot) -> None:
         """When it stops."""
         lone.robot.release_body()
-        assert lone.transport.requests == [Leave(ME.id)]
+        assert not lone.transport.requests
+        lone.grant_body(0.0)
+        lone.robot.release_body()
+        left = lone.requested[-1]
+        assert isinstance(left, Leave)
+        assert (left.robot, left.arena_run) == (ME.id, ARENA_RUN)
 
 
 class TestPeers:

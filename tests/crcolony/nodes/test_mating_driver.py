@@ -12,12 +12,7 @@ from crcolony.nodes.mating_driver import MatingDriver
 from crcolony.nodes.node_inputs import ColonyMember
 from crcolony.protocol.body_messages import Contact
 from crcolony.protocol.encounters import EncounterRecord, MatingLimits, Offer, OutcomeReport
-from crcolony.protocol.envelope import (
-    SignedEnvelope,
-    has_valid_signature,
-    open_envelope,
-    sign_message,
-)
+from crcolony.protocol.envelope import has_valid_signature, open_envelope, sign_message
 from crcolony.protocol.identity import AllowList, seeded
 from crcolony.protocol.mating_messages import (
     Abort,
@@ -27,6 +22,7 @@ from crcolony.protocol.mating_messages import (
     Propose,
     pack_genes,
 )
+from crcolony.protocol.signed_envelope import SignedEnvelope
 from crcolony.storage.rows import Decision
 from crcolony.storage.store import RobotStore
 

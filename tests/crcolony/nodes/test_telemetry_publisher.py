@@ -3,7 +3,6 @@
 import msgspec
 
 from crcolony.body.settings import CyberRodent
-from crcolony.protocol.body_messages import BodyGranted
 from crcolony.protocol.codec import encode
 from crcolony.protocol.telemetry_messages import (
     MAX_REPORTED_PEERS,
@@ -15,8 +14,8 @@ from crcolony.protocol.telemetry_messages import (
     decode_robot_metadata,
     decode_state,
 )
-from crcolony.transport.interface import JoinReplyReceived, RobotOnline
-from tests.support.lone_robot import ARENA_RUN, ME, PEER, LoneRobot
+from crcolony.transport.interface import RobotOnline
+from tests.support.lone_robot import ME, PEER, LoneRobot
 from tests.support.small_colony import small
 
 
@@ -40,8 +39,7 @@ def test_metadata_are_the_robots_settings_and_peers(lone: LoneRobot) -> None:
         assert msgspec.convert(settings, type(group := getattr(config, name))) == group
     lone.robot.handle_event(0.0, RobotOnline(PEER.id, 1, "theirs"))
     body = msgspec.json.encode(CyberRodent(camera_range_m=0.75)).decode()
-    granted = encode(BodyGranted(2, ARENA_RUN, 0, 0.1, False, body))
-    lone.robot.handle_event(0.0, JoinReplyReceived(ME.id, granted))
+    lone.grant_body(0.0, body=body)
     metadata = metadata_of(lone)
     assert metadata.peers == [PEER.id]
     assert msgspec.json.decode(metadata.settings)["body"]["camera_range_m"] == 0.75

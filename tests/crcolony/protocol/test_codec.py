@@ -160,6 +160,7 @@ class TestDecoders:
 
 
 ID = st.binary(min_size=16, max_size=16)
+KEY = st.binary(min_size=32, max_size=32)
 ORDINAL = st.integers(0, 2**32 - 1)
 NONCES = st.integers(0, 2**48 - 1)
 TICK = st.integers(0, 2**53 - 1)
@@ -185,12 +186,12 @@ MESSAGES: dict[str, st.SearchStrategy[Any]] = {
         st.builds(Done, ENCOUNTERS),
     ),
     "join": st.one_of(
-        st.builds(Join, ID, NAME, st.integers(-1, 2**31 - 1)),
-        st.builds(Leave, ID),
+        st.builds(Join, ID, NAME, st.integers(-1, 2**31 - 1), ARENA_RUN, ORDINAL, TICK, KEY),
+        st.builds(Leave, ID, ARENA_RUN, ORDINAL, TICK),
     ),
     "join_reply": st.one_of(
-        st.builds(BodyGranted, SLOT, ARENA_RUN, TICK, PERIOD, st.booleans(), TEXT),
-        st.builds(BodyDenied, TEXT),
+        st.builds(BodyGranted, ID, KEY, SLOT, ARENA_RUN, TICK, PERIOD, st.booleans(), TEXT),
+        st.builds(BodyDenied, ID, TEXT),
     ),
     "observation": st.builds(Observation, ARENA_RUN, TICK, OBSERVATIONS, st.none() | CONTACTS),
     "action": st.builds(Action, TICK, ACTIONS),

@@ -5,12 +5,7 @@ import pytest
 from hypothesis import given
 
 from crcolony.protocol.codec import WireError, encode
-from crcolony.protocol.envelope import (
-    SignedEnvelope,
-    has_valid_signature,
-    open_envelope,
-    sign_message,
-)
+from crcolony.protocol.envelope import has_valid_signature, open_envelope, sign_message
 from crcolony.protocol.mating_messages import (
     BY_INITIATOR,
     MatingMessage,
@@ -18,6 +13,7 @@ from crcolony.protocol.mating_messages import (
     receiver_of,
     sender_of,
 )
+from crcolony.protocol.signed_envelope import SignedEnvelope
 from tests.crcolony.protocol.test_codec import MESSAGES
 from tests.support.malformed_messages import EDGES
 from tests.support.wire_decoders import VECTORS

@@ -11,7 +11,6 @@ from dataclasses import replace
 import pytest
 
 from crcolony.protocol.encounters import Effect, EncounterRecord, Send, Write
-from crcolony.protocol.envelope import SignedEnvelope
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.mating import MatingStateMachine
 from crcolony.protocol.mating_messages import (
@@ -20,6 +19,7 @@ from crcolony.protocol.mating_messages import (
     Done,
     MatingMessage,
 )
+from crcolony.protocol.signed_envelope import SignedEnvelope
 from tests.support.explored_robot import LIMITS, NOW_S, SCHEMA, Bounds, Caller, Decide, Disk, Kind
 from tests.support.mating_explorer import Report, explore
 from tests.support.sabotaged_mating import (

@@ -10,8 +10,8 @@ from crcolony.body.contract import ACTION, OBSERVATION
 from crcolony.evolution.genotype import Gene, Schema
 from crcolony.protocol.codec import Message
 from crcolony.protocol.encounters import MatingLimits
-from crcolony.protocol.envelope import SignedEnvelope
 from crcolony.protocol.roster import Member, Role
+from crcolony.protocol.signed_envelope import SignedEnvelope
 from tests.support.paths import ROOT
 from tests.support.transition_recorder import format_table
 from tests.support.wire_decoders import VECTORS

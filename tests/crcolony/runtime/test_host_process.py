@@ -9,8 +9,7 @@ import pytest
 from crcolony.nodes.arena_node import ArenaNode
 from crcolony.nodes.node_inputs import ColonyMember, NodeResources
 from crcolony.nodes.robot_node import RobotNode
-from crcolony.protocol.body_messages import BodyGranted, Join, Leave, decode_join_reply
-from crcolony.protocol.codec import encode
+from crcolony.protocol.body_messages import BodyGranted
 from crcolony.protocol.identity import RobotId, seeded
 from crcolony.protocol.telemetry_messages import (
     decode_arena_metadata,
@@ -26,10 +25,12 @@ from crcolony.storage.files import FolderError
 from crcolony.storage.store import RobotStore
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.interface import QueryReceived, RobotOffline, RobotOnline
+from tests.support.linked_robot import LinkedRobot
 from tests.support.small_colony import small
 
 KEYS = [seeded("test", 1, number) for number in range(4)]
-HERE, ELSEWHERE = [key.id for key in KEYS[:3]], KEYS[3].id
+KEY_ELSEWHERE = KEYS[3]
+HERE, ELSEWHERE = [key.id for key in KEYS[:3]], KEY_ELSEWHERE.id
 
 
 class RecordingTransport:
@@ -92,7 +93,12 @@ class Setup:
             self.stores.append(store)
             self.nodes.append(RobotNode(member, robot, batch, resources))
         networked = NetworkedArena(
-            self.arena, "lab", self.transport, self.checkpoint, self.lines.append
+            self.arena,
+            "lab",
+            seeded("arena", 1, 0),
+            self.transport,
+            self.checkpoint,
+            self.lines.append,
         )
         hosted = HostedRobots(self.nodes, batch, parameters, self.transport)
         self.process = HostProcess(
@@ -111,6 +117,13 @@ class Setup:
         self.process.handle_event(QueryReceived(topic, robot, payload, replies.append))
         (reply,) = replies
         return reply
+
+    def join_from_elsewhere(self) -> LinkedRobot:
+        """Let a robot of another process join."""
+        robot = LinkedRobot(KEY_ELSEWHERE, "lab", self.arena.arena_run)
+        reply = robot.reply(self.query("join", ELSEWHERE, robot.request()))
+        assert isinstance(reply, BodyGranted)
+        return robot
 
 
 @pytest.fixture
@@ -131,8 +144,7 @@ def test_robots_have_the_first_slots_and_are_online(setup: Setup) -> None:
 
 def test_arena_and_robots_step_together(setup: Setup) -> None:
     """Each robot makes one control step a tick, and a robot of another process is observed by messages."""
-    reply = decode_join_reply(setup.query("join", ELSEWHERE, encode(Join(ELSEWHERE, "test", -1))))
-    assert isinstance(reply, BodyGranted)
+    setup.join_from_elsewhere()
     setup.run(50)
     assert [node.robot.steps for node in setup.nodes] == [50] * 3
     assert setup.transport.observed == [ELSEWHERE] * 50
@@ -154,7 +166,7 @@ def test_queries_reach_the_robot_or_the_arena(setup: Setup) -> None:
 
 def test_robots_are_peers_of_each_other_and_never_lose_their_bodies(setup: Setup) -> None:
     """A robot of another process that goes offline does, after a while."""
-    setup.query("join", ELSEWHERE, encode(Join(ELSEWHERE, "test", -1)))
+    setup.join_from_elsewhere()
     for robot in (*HERE, ELSEWHERE):
         setup.process.handle_event(RobotOnline(robot, 1, "a"))
     assert [len(node.peers) for node in setup.nodes] == [3, 3, 3]
@@ -167,9 +179,8 @@ def test_robots_are_peers_of_each_other_and_never_lose_their_bodies(setup: Setup
 
 def test_a_robot_that_leaves_gives_its_body_back(setup: Setup) -> None:
     """Its slot is free again."""
-    setup.query("join", ELSEWHERE, encode(Join(ELSEWHERE, "test", -1)))
-    leave = QueryReceived("join", ELSEWHERE, encode(Leave(ELSEWHERE)), cast(Any, None))
-    setup.process.handle_event(leave)
+    robot = setup.join_from_elsewhere()
+    setup.process.handle_event(QueryReceived("join", ELSEWHERE, robot.leave(), cast(Any, None)))
     assert ELSEWHERE not in setup.arena.robots
 
 

@@ -10,6 +10,7 @@ after a tenth of the time, is printed at the end, and the ledger of all matings 
 import argparse
 import contextlib
 import itertools
+import shutil
 import signal
 import subprocess
 import tempfile
@@ -65,18 +66,21 @@ class Meter:
                 own.values["disk_mib"].append(_size_mib(self._folders[name]))
 
     def report(self) -> None:
-        """Print the first and last values, and the slopes."""
-        print(f"{'process':<10} {'what':<11} {'first':>8} {'last':>8}   slope an hour (95 %)")
+        """Print the first and last values, and the slopes of the whole time and of its second half."""
+        print(
+            f"{'process':<10} {'what':<11} {'first':>8} {'last':>8}   slope an hour (95 %), of the second half"
+        )
         for name, samples in self.samples.items():
             for what, values in samples.values.items():
-                slope, half = slope_per_hour(samples.at_s, values)
                 ends = f"{values[len(values) // 10]:8.1f} {values[-1]:8.1f}"
-                print(f"{name:<10} {what:<11} {ends}   {slope:+.3f} ± {half:.3f}", flush=True)
+                slopes = (slope_per_hour(samples.at_s, values, after) for after in (0.1, 0.5))
+                shown = "   ".join(f"{slope:+.3f} ± {half:.3f}" for slope, half in slopes)
+                print(f"{name:<10} {what:<11} {ends}   {shown}", flush=True)
 
 
-def slope_per_hour(at_s: list[float], values: list[float]) -> tuple[float, float]:
-    """Return the slope of a straight line after a tenth of the time, and half the width of its 95 % interval."""
-    first = len(at_s) // 10
+def slope_per_hour(at_s: list[float], values: list[float], after: float) -> tuple[float, float]:
+    """Return the slope of a straight line after this share of the time, and half the width of its 95 % interval."""
+    first = int(after * len(at_s))
     x, y = np.array(at_s[first:]) / 3600.0, np.array(values[first:])
     if len(x) < 3 or np.ptp(y) == 0.0:
         return 0.0, 0.0
@@ -186,7 +190,14 @@ def soak(hours: float) -> None:
         meter.report()
         settle(made, view)
         made.finish(view)
-        ledger = check_ledger(made.stores)
+        try:
+            ledger = check_ledger(made.stores)
+        except AssertionError:
+            kept = tempfile.mkdtemp(prefix="soak-")
+            for number, store in enumerate(made.stores):
+                shutil.copy(store, Path(kept) / f"robot{number}.sqlite")
+            print(f"the robots' files are kept in {kept}")
+            raise
         print(f"the ledger is exact: {ledger}")
 
 

@@ -181,6 +181,7 @@ def check_observation(observation: FloatArray) -> None:
     A number that is not finite is beyond all limits.
     """
     is_within = (observation >= _LEAST_SENSED) & (observation <= _MOST_SENSED)
-    if not (is_within & np.isfinite(observation)).all():
-        column = int(np.flatnonzero(~(is_within & np.isfinite(observation)))[0])
+    is_within &= np.isfinite(observation)
+    if not is_within.all():
+        column = int(np.argmin(is_within))
         raise ValueError(f"{OBSERVATION[column].name} is {observation[column]}")

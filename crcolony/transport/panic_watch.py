@@ -9,7 +9,6 @@ import contextlib
 import os
 import re
 import threading
-from types import TracebackType
 
 _PANIC = re.compile(rb"thread '[^']*' .*panicked at ")
 _STDERR = 2
@@ -31,21 +30,17 @@ class PanicWatch:
         self._thread.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         os.dup2(self._stderr, _STDERR)  # closes the last end for writing, so that the thread ends
         self._thread.join()
         os.close(self._stderr)
 
     def take(self) -> bool:
         """Return whether a thread has panicked since this was last asked."""
-        has_panicked = self._has_panicked.is_set()
+        if not self._has_panicked.is_set():  # what is set from here on stays for the next time
+            return False
         self._has_panicked.clear()
-        return has_panicked
+        return True
 
     def _pass_on(self, reading: int) -> None:
         line = b""

@@ -18,7 +18,7 @@ from crcolony.protocol.body_requests import keys_of_grant, open_request, sign_re
 from crcolony.protocol.codec import WireError, encode
 from crcolony.protocol.identity import Identity
 from crcolony.protocol.link_keys import CODE_BYTES, ExchangeKey, seal
-from tests.support.hostile_session import ARENA, Hostile
+from tests.support.hostile_session import ARENA, Attacks, Hostile
 from tests.support.linked_robot import forged_join, forged_leave
 
 HALF_OPEN = 1_500
@@ -176,7 +176,7 @@ def _declare_queryable(peer: Hostile, handle: Callable[[zenoh.Query], None]) -> 
     return peer.session.declare_queryable(peer.arena.all_joins, Callback(handle, indirect=False))
 
 
-BODY_ATTACKS: dict[str, tuple[Callable[[Hostile], Callable[[], None]], float]] = {
+BODY_ATTACKS: Attacks = {
     "evictions": (evictions, 200.0),
     "steering": (steering, 500.0),
     "contacts": (contacts, 200.0),
@@ -185,4 +185,4 @@ BODY_ATTACKS: dict[str, tuple[Callable[[Hostile], Callable[[], None]], float]] =
     "half_open": (half_open, 200.0),
     "long_tokens": (long_tokens, 20.0),
 }
-"""Every attack, and how many times a second it shoots."""
+"""Attacks on the link to the body"""

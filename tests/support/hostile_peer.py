@@ -22,7 +22,7 @@ from crcolony.protocol.mating_messages import Accept, Commit, MatingMessage, Pro
 from crcolony.protocol.signed_envelope import SignedEnvelope
 from crcolony.protocol.telemetry_messages import HistoryRequest, RobotState
 from tests.support.hostile_bodies import BODY_ATTACKS
-from tests.support.hostile_session import ARENA, COLONY, DIGEST, Hostile, Insider
+from tests.support.hostile_session import ARENA, COLONY, DIGEST, Attacks, Hostile, Insider
 from tests.support.linked_robot import forged_join
 
 BURSTS_PER_S = 100.0
@@ -248,7 +248,7 @@ def tokens(peer: Hostile) -> Callable[[], None]:
     return shoot
 
 
-ATTACKS: dict[str, tuple[Callable[[Hostile], Callable[[], None]], float]] = {
+ATTACKS: Attacks = {
     "oversized": (oversized, 20.0),
     "malformed": (malformed, 500.0),
     "unfit": (unfit, 300.0),
@@ -264,7 +264,7 @@ ATTACKS: dict[str, tuple[Callable[[Hostile], Callable[[], None]], float]] = {
     "tokens": (tokens, 1.0),
     **BODY_ATTACKS,
 }
-"""Every attack, and how many times a second it shoots."""
+"""Every attack"""
 
 
 def main() -> None:

@@ -142,3 +142,7 @@ class Hostile:
         """Return a proposal with the nonce of the receiver's last contact."""
         encounter = Encounter(by, to, int(time.time()), self.chance.randrange(1, 2**20))
         return Propose(encounter, self.nonces[to], DIGEST, "hostile/1", genes)
+
+
+Attacks = dict[str, tuple[Callable[[Hostile], Callable[[], None]], float]]
+"""By name: returns a function that shoots once; and how many times a second it is called."""

@@ -11,6 +11,7 @@ from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import (
     MAX_ACTIVITY_CHARACTERS,
     MAX_REPORTED_PEERS,
+    MAX_SCHEMA,
     Activity,
     Fault,
     RobotEvent,
@@ -41,6 +42,8 @@ class TelemetryPublisher:
     ) -> None:
         self.settings = "{}"
         """The robot's body, learning, life and heredity settings, as a JSON object"""
+        self.schema = ""
+        """Names and ranges of its genes"""
         self.faults: Counter[str] = Counter()
         """Faults of the outside, by kind"""
         self._robot, self._incarnation = robot, incarnation
@@ -102,7 +105,11 @@ class TelemetryPublisher:
             self.report_fault(tick, "malformed query: it is not empty")
         elif self._may_reply(tick):
             reported = list(itertools.islice(peers, MAX_REPORTED_PEERS))
-            reply(encode(RobotMetadata(self._robot, self._incarnation, self.settings, reported)))
+            schema = self.schema if len(self.schema) <= MAX_SCHEMA else ""
+            metadata = RobotMetadata(
+                self._robot, self._incarnation, self.settings, reported, schema
+            )
+            reply(encode(metadata))
 
     def _may_reply(self, tick: int) -> bool:
         may_reply = self._reply_limit.allow(self._unix_s())

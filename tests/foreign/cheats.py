@@ -1,0 +1,160 @@
+"""Robots that cheat, to see that they are refused: `python -m tests.foreign.cheats --cheat code …`."""
+
+import argparse
+import threading
+import time
+from typing import Any
+
+import zenoh
+from nacl.signing import SigningKey
+
+from tests.foreign.body_link import body_request
+from tests.foreign.identity import open_envelope, seal
+from tests.foreign.messages import ENVELOPE_BYTES, MATING, decode, encode, numbers, packed
+from tests.foreign.network import Network
+from tests.foreign.robot import ForeignRobot, live, parser
+
+PERIOD_S = 0.5
+
+
+class CheatingRobot(ForeignRobot):
+    """An honest robot but for the kind of its network, and of its genes."""
+
+    def _learn_species(self) -> None:
+        super()._learn_species()
+        if (
+            isinstance(self.network, HugeGenes)
+            and self.agents is not None
+            and self.species is not None
+        ):
+            bounded = next(k for k, gene in enumerate(self.species.genes) if gene.high < 1e6)
+            genes = list(numbers(self.agents.genes))
+            genes[bounded] = 1e6
+            self.agents.genes = packed(tuple(genes))
+
+
+class Cheat(Network):
+    """What it has of the robot that cheats."""
+
+    key: SigningKey
+    options: argparse.Namespace
+
+
+class HugeGenes(Cheat):
+    """It offers genes out of their range."""
+
+
+class WrongSignature(Cheat):
+    """It signs nothing that it sends to robots."""
+
+    def send_envelope(self, to: bytes, envelope: bytes) -> None:
+        super().send_envelope(to, envelope[:-1] + bytes([envelope[-1] ^ 1]))
+
+
+class WrongCode(Cheat):
+    """It commands its body with a wrong code."""
+
+    def send_action(self, action: bytes) -> None:
+        super().send_action(action[:-1] + bytes([action[-1] ^ 1]))
+
+
+class CommitWithoutAccept(Cheat):
+    """It says that it has decided what its partner was never prepared for."""
+
+    def send_envelope(self, to: bytes, envelope: bytes) -> None:
+        content = decode(open_envelope(envelope).content, ENVELOPE_BYTES, *MATING)
+        if content[0] in ("propose", "accept"):
+            initiator, responder, *number = content[1]
+            me, other = (
+                bytes.fromhex(self.robot),
+                responder if initiator.hex() == self.robot else initiator,
+            )
+            commit = encode(["commit", [me, other, *number]])
+            envelope = seal(self.key, f"crcolony mating 1 {self.options.colony}", commit)
+        super().send_envelope(to, envelope)
+
+
+class OtherName(Cheat):
+    """It asks for the bodies of the other robots, under their keys, each in its own name and in theirs."""
+
+    def declare(self, incarnation: int) -> None:
+        super().declare(incarnation)
+        threading.Thread(target=self._ask_for_ever, daemon=True).start()
+
+    def _ask_for_ever(self) -> None:
+        count = 2**52  # above all of theirs
+        while True:
+            time.sleep(PERIOD_S)
+            tokens = [
+                str(s.ok.key_expr).split("/")
+                for s in self.session.liveliness().get(f"{self.colony}/alive/*/*/*")
+                if s.ok is not None
+            ]
+            runs = [
+                int(str(s.ok.key_expr).split("/")[4])
+                for s in self.session.liveliness().get(f"{self.arena}/alive/*/*")
+                if s.ok is not None
+            ]
+            for *_, other, _incarnation, _session in tokens:
+                if other == self.robot or not runs:
+                    continue
+                count += 1
+                for robot in (bytes.fromhex(other), bytes.fromhex(self.robot)):
+                    message = ["join", robot, self.options.colony, -1, runs[0], 2**32 - 1, count]
+                    request = body_request(self.key, self.options.arena, message)
+                    self.session.get(
+                        f"{self.arena}/body/{other}/join", print_grant, payload=request.envelope
+                    )
+
+
+class ReplayedRequest(Cheat):
+    """It listens to the requests of all robots for bodies, its own too, and repeats them."""
+
+    def declare(self, incarnation: int) -> None:
+        self.overheard: dict[bytes, str] = {}
+        super().declare(incarnation)
+        self._declared.insert(
+            0, self.session.declare_queryable(f"{self.arena}/body/*/join", self._overhear)
+        )
+        threading.Thread(target=self._repeat_for_ever, daemon=True).start()
+
+    def _overhear(self, query: zenoh.Query) -> None:
+        if query.payload is not None:
+            self.overheard[query.payload.to_bytes()] = str(query.key_expr)
+        query.drop()  # type: ignore[no-untyped-call]
+
+    def _repeat_for_ever(self) -> None:
+        while True:
+            time.sleep(PERIOD_S)
+            for request, key in list(self.overheard.items()):
+                self.session.get(key, lambda reply: None, payload=request)
+
+
+def print_grant(reply: zenoh.Reply) -> None:
+    """Only an arena that is deceived grants a body here."""
+    if reply.ok is not None and b"body_granted" in reply.ok.payload.to_bytes():
+        print("deceived the arena", flush=True)
+
+
+CHEATS: dict[str, type[Cheat]] = {
+    "genes": HugeGenes,
+    "signature": WrongSignature,
+    "code": WrongCode,
+    "commit": CommitWithoutAccept,
+    "name": OtherName,
+    "replay": ReplayedRequest,
+}
+
+
+def main() -> None:
+    asked = parser(__doc__)
+    asked.add_argument("--cheat", choices=CHEATS, required=True)
+    options: Any = asked.parse_args()
+    robot = CheatingRobot(options, CHEATS[options.cheat])
+    assert isinstance(robot.network, Cheat)
+    robot.network.key, robot.network.options = robot.key, options
+    live(robot)
+
+
+if __name__ == "__main__":
+    main()

@@ -148,7 +148,7 @@ class EmbodiedRobot:
                     self._request_body(now_s)
             case ArenaOffline(arena_run=run):
                 if self._body.handle_offline(run):
-                    self._lose_body()
+                    self._lose_body(now_s)
             case QueryReceived(topic="history", payload=payload, reply=send_reply):
                 node.reply_history(payload, send_reply)
             case QueryReceived(topic="metadata", payload=payload, reply=send_reply):
@@ -208,9 +208,10 @@ class EmbodiedRobot:
             if changes is not None:
                 self._process.print_line(changes)
 
-    def _lose_body(self) -> None:
+    def _lose_body(self, now_s: float) -> None:
         self._process.print_line(self._waiting.handle_loss())
         self.node.arena = ""
+        self._request_body(now_s)  # of another run that is online already
 
     def _handle_observation(self, now_s: float, data: bytes) -> None:
         body, node = self._body, self.node

@@ -21,6 +21,7 @@ from crcolony.protocol.body_messages import (
 )
 from crcolony.protocol.body_requests import PendingRequest, sign_request
 from crcolony.protocol.codec import WireError, encode
+from crcolony.protocol.identity import ArenaId
 from crcolony.protocol.link_keys import EXCHANGE_KEY_BYTES, ExchangeKey, LinkKeys, open_sealed, seal
 
 _MAX_RUNS = 100
@@ -54,6 +55,8 @@ class LinkToBody:
         self._known, self._draw = known, draw
         self._runs: dict[int, int] = {}
         """The runs that are online, the next to be asked at the end; and how often each was asked in vain"""
+        self._refused: set[ArenaId] = set()
+        """Arenas of this name that are not known"""
         self._pending: PendingRequest | None = None
         self._count = 0
         self._keys = LinkKeys(b"", b"")
@@ -127,21 +130,16 @@ class LinkToBody:
     def open_reply(self, data: bytes) -> BodyGranted | BodyDenied | None:
         """Handle a reply, and return it if it answers the last request.
 
-        Raises WireError if it is malformed or forged, and UnknownArenaError if another arena signed it than the one in
-        which the robot lives.
+        Raises WireError if it is malformed or forged, and UnknownArenaError, once for each, if another arena signed it
+        than the one in which the robot lives.
         """
         if self._pending is None:
             return None  # one that arrives twice
         reply = self._pending.open_reply(data)
         run = self._pending.join.arena_run
         if not self._known.accepts(self._arena, reply.arena):
-            self._pending = None
-            if run in self._runs:
-                self._ask_last(run)
-            raise UnknownArenaError(
-                f"arena {self._arena}: another one of this name ({reply.arena.hex()}) than the one in which this robot"
-                " lives is ignored"
-            )
+            self._refuse(run, reply.arena)
+            return None
         self._pending = None
         if isinstance(reply.message, BodyGranted) and reply.keys is not None:
             if reply.message.arena_run != run:
@@ -151,6 +149,16 @@ class LinkToBody:
             self.tick = min(self.tick, reply.message.tick)
             self.lease, self._keys = reply.message, reply.keys
         return reply.message
+
+    def _refuse(self, run: int, arena: ArenaId) -> None:
+        self._pending = None
+        if run in self._runs:
+            self._ask_last(run)
+        if arena not in self._refused and len(self._refused) < _MAX_RUNS:
+            self._refused.add(arena)
+            raise UnknownArenaError(
+                f"another one of this name ({arena.hex()}) is ignored: this robot lives in those of its known_arenas"
+            )
 
     # Observations and actions --------------------------------------------------------------------------------------
 

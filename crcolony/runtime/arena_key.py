@@ -4,11 +4,16 @@ import os
 import secrets
 from pathlib import Path
 
-from crcolony.protocol.identity import SEED_BYTES, Identity, IdentityError, create_key, load_key
+from crcolony.protocol.identity import (
+    SEED_BYTES,
+    Identity,
+    IdentityError,
+    arena_id,
+    create_key,
+    load_key,
+)
 from crcolony.runtime.console import print_warning
-
-ARENA_KEY_FILE = "arena_key"
-"""In the folder of an arena, or of a host."""
+from crcolony.storage.files import ARENA_KEY_FILE
 
 
 def arena_identity(name: str, folder: Path | None) -> Identity:
@@ -29,6 +34,11 @@ def arena_identity(name: str, folder: Path | None) -> Identity:
             " one of its name: --out keeps the key"
         )
         return Identity(secrets.token_bytes(SEED_BYTES))
+
+
+def format_arena_id(name: str, identity: Identity) -> str:
+    """Return the line of an arena as it stands in the known_arenas of a robot that lives in it."""
+    return f"known to robots as: {name} {arena_id(identity.public_key).hex()}"
 
 
 def _load_or_create(path: Path) -> Identity:

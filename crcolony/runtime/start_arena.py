@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from crcolony.config import Config, ConfigError
-from crcolony.runtime.arena_key import arena_identity
+from crcolony.runtime.arena_key import arena_identity, format_arena_id
 from crcolony.runtime.console import format_clock, print_line
 from crcolony.runtime.service_notify import ServiceNotifier
 from crcolony.runtime.startup_report import Progress, StartupReport
@@ -81,6 +81,7 @@ def run_arena(
         connection.add_user(StopAnswers(connection.session, name, stops.answer))
         process = ArenaProcess(arena, inbox, connection)
         print_line(f"arena {name} with {config.robots} slots, {format_clock(wall_period_s)}")
+        print_line(format_arena_id(name, identity))
         service.say_ready(f"arena {name}")
         process.run(service.watching(stop), wall_period_s)
         print_line(f"stopped at tick {node.tick}")

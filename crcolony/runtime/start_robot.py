@@ -24,10 +24,16 @@ from crcolony.runtime.startup_report import StartupReport
 from crcolony.runtime.warm_up import warm_up
 from crcolony.shutdown import ShutdownSignal
 from crcolony.storage.claimed_folder import check_folder
-from crcolony.storage.files import KEY_FILE, ROBOT_FILE, FolderError, make_folder
+from crcolony.storage.files import (
+    KEY_FILE,
+    KNOWN_ARENAS_FILE,
+    ROBOT_FILE,
+    FolderError,
+    make_folder,
+)
 from crcolony.storage.folder_record import read_record
 from crcolony.storage.founders_file import FOUNDERS_FILE, Beginning, read_founders
-from crcolony.storage.known_arenas import KNOWN_ARENAS_FILE, KnownArenasFile
+from crcolony.storage.known_arenas import KnownArenasFile
 from crcolony.storage.store import RobotStore
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.network_settings import NetworkSettings

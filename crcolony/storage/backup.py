@@ -18,6 +18,7 @@ from crcolony.storage.backup_manifest import (
     MANIFEST,
     PLAIN_FILES,
     ROBOT_FILES,
+    SECRET_FILES,
     BackedUpFile,
     BackedUpRobot,
     BackupError,
@@ -106,7 +107,7 @@ def _copy_folder(
         source = Path(path)
         target = copies / source.relative_to(folder)
         place = PurePosixPath(prefix) / source.relative_to(folder).as_posix()
-        wanted = [*PLAIN_FILES, KEY_FILE] if has_keys else PLAIN_FILES
+        wanted = (*PLAIN_FILES, *SECRET_FILES) if has_keys else PLAIN_FILES
         for name in wanted:
             if name in names and (source / name).is_file() and not (source / name).is_symlink():
                 target.mkdir(parents=True, exist_ok=True)

@@ -9,7 +9,14 @@ from msgspec import Meta
 
 from crcolony.config import CONFIG_FILE
 from crcolony.errors import CrcolonyError
-from crcolony.storage.files import ARENA_CHECKPOINT, FORMER_ROBOT_FILE, KEY_FILE, ROBOT_FILE
+from crcolony.storage.files import (
+    ARENA_CHECKPOINT,
+    ARENA_KEY_FILE,
+    FORMER_ROBOT_FILE,
+    KEY_FILE,
+    KNOWN_ARENAS_FILE,
+    ROBOT_FILE,
+)
 from crcolony.storage.folder_record import RECORD_FILE
 from crcolony.storage.founders_file import FOUNDERS_FILE
 
@@ -17,9 +24,10 @@ MANIFEST = "backup.json"
 """The name of the list in the archive."""
 FORMAT = 1
 ROBOT_FILES = (ROBOT_FILE, FORMER_ROBOT_FILE)
-PLAIN_FILES = (CONFIG_FILE, RECORD_FILE, FOUNDERS_FILE, ARENA_CHECKPOINT)
+PLAIN_FILES = (CONFIG_FILE, RECORD_FILE, FOUNDERS_FILE, ARENA_CHECKPOINT, KNOWN_ARENAS_FILE)
 """Files that are replaced as a whole, and so can be copied at any moment."""
-NAMES = frozenset((*ROBOT_FILES, *PLAIN_FILES, KEY_FILE))
+SECRET_FILES = (KEY_FILE, ARENA_KEY_FILE)
+NAMES = frozenset((*ROBOT_FILES, *PLAIN_FILES, *SECRET_FILES))
 """All that a backup holds: no logs, no recordings, no figures, and nothing of other programs."""
 MAX_FILES = 20_000
 MAX_MANIFEST_BYTES = 16 * 2**20

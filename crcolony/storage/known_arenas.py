@@ -9,9 +9,6 @@ from crcolony.durable_files import replace_file
 from crcolony.protocol.identity import ID_BYTES, ArenaId
 from crcolony.storage.files import FolderError
 
-KNOWN_ARENAS_FILE = "known_arenas"
-"""In a robot's folder."""
-
 
 class KnownArenasFile:
     """The arenas of a file, which need not exist; raises FolderError if it is malformed or cannot be read."""

@@ -17,6 +17,7 @@ from crcolony.storage.backup_manifest import (
     MANIFEST,
     MAX_MANIFEST_BYTES,
     ROBOT_FILES,
+    SECRET_FILES,
     BackedUpFile,
     BackupError,
     Manifest,
@@ -105,7 +106,7 @@ def _extract_file(
         raise BackupError(f"{archive}: damaged: {file.path} has another size than is listed")
     target = folder / PurePosixPath(file.path)
     target.parent.mkdir(parents=True, exist_ok=True)
-    is_secret = target.name == KEY_FILE
+    is_secret = target.name in SECRET_FILES
     descriptor = os.open(target, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600 if is_secret else 0o644)
     with os.fdopen(descriptor, "w+b") as copy:
         shutil.copyfileobj(_content(archive, tar, member), copy)

@@ -10,6 +10,8 @@ from crcolony.transport.zenoh_samples import callback, undeclare_all
 
 _MAX_TOKENS = 20_000
 """Tokens that are followed; anybody may declare any number, and further ones are ignored."""
+_MAX_KEY_LENGTH = 400
+"""No token of this protocol has a longer key; a longer one is not kept."""
 
 OnToken = Callable[[str, bool], None]
 """Receives the key of a token, and whether it is online; called by Zenoh's threads, one at a time."""
@@ -56,6 +58,8 @@ class LivelinessFollower:
 
     def _on_sample(self, seen: set[str], sample: zenoh.Sample) -> None:
         key = str(sample.key_expr)
+        if len(key) > _MAX_KEY_LENGTH:
+            return
         with self._mutex:
             is_known = any(key in one for one in self._seen)
             if sample.kind == zenoh.SampleKind.PUT:

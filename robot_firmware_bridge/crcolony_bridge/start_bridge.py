@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from crcolony.runtime.arena_key import arena_identity
+from crcolony.runtime.arena_key import arena_identity, format_arena_id
 from crcolony.runtime.console import print_line
 from crcolony.runtime.service_notify import ServiceNotifier
 from crcolony.runtime.stop_server import StopServer
@@ -48,7 +48,8 @@ def run_bridge(options: BridgeOptions, network: NetworkSettings, service: Servic
     inbox = Inbox()
     stop = ShutdownSignal(wake=inbox.wake)
     name, period_s = options.name, options.period_s
-    identity = arena_identity(name, None)
+    calibrations = options.calibrations
+    identity = arena_identity(name, calibrations if calibrations.is_dir() else None)
     attached = [
         AttachedRobot(
             robot,
@@ -80,6 +81,7 @@ def run_bridge(options: BridgeOptions, network: NetworkSettings, service: Servic
         print_line(
             f"bridge {name} with {len(attached)} robots, {1.0 / period_s:.3g} periods a second"
         )
+        print_line(format_arena_id(name, identity))
         relay = EnvelopeRelay(connection.session, inbox.deliver)
         connection.add_user(relay)
         process = BridgeProcess(

@@ -21,6 +21,7 @@ from crcolony.protocol.link_keys import CODE_BYTES
 from crcolony.protocol.mating_messages import Accept, Commit, MatingMessage, Propose
 from crcolony.protocol.signed_envelope import SignedEnvelope
 from crcolony.protocol.telemetry_messages import HistoryRequest, RobotState
+from tests.support.hostile_bodies import BODY_ATTACKS
 from tests.support.hostile_session import ARENA, COLONY, DIGEST, Hostile, Insider
 from tests.support.linked_robot import forged_join
 
@@ -261,6 +262,7 @@ ATTACKS: dict[str, tuple[Callable[[Hostile], Callable[[], None]], float]] = {
     "future": (future, 1.0),
     "telemetry": (telemetry, 500.0),
     "tokens": (tokens, 1.0),
+    **BODY_ATTACKS,
 }
 """Every attack, and how many times a second it shoots."""
 

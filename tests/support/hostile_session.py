@@ -46,7 +46,7 @@ class Hostile:
     def __init__(
         self, endpoint: str, robots: list[bytes], seed: int, insider: Insider | None = None
     ) -> None:
-        self.robots = robots
+        self.endpoint, self.robots = endpoint, robots
         self.chance = random.Random(seed)
         self.me = Identity(self.chance.randbytes(32)) if insider is None else insider.identity
         self.recorded: deque[tuple[bytes, bytes, MatingMessage]] = deque(maxlen=2_000)

@@ -12,7 +12,9 @@ import pytest
 
 from tests.support.attack import siege
 from tests.support.besieged import ATTACK_S, Besieged
+from tests.support.hostile_bodies import HALF_OPEN
 from tests.support.mating_audit import check_ledger
+from tests.support.process import Process, wait_until
 from tests.support.process_colony import settle
 
 pytestmark = pytest.mark.alone
@@ -104,3 +106,49 @@ def test_forged_telemetry_harms_observers_at_most(besieged: Besieged, tmp_path: 
 def test_a_forged_token_does_not_stop_a_robot(besieged: Besieged) -> None:
     """A liveliness token in a robot's name, of an older incarnation, proves nothing: the robot continues."""
     besieged.withstands("tokens")
+
+
+# The link to the body ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("attack", ["evictions", "steering", "contacts", "arena_tokens"])
+def test_nobody_speaks_for_a_robot_or_its_arena(besieged: Besieged, attack: str) -> None:
+    """Forged and replayed requests, actions, observations and tokens: no body is lost, and matings go on."""
+    _, *robots = besieged.siege.honest
+    bodies = [robot.output.count("has body") for robot in robots]
+    besieged.withstands(attack)
+    assert [robot.output.count("has body") for robot in robots] == bodies
+    for robot in robots:
+        assert "colony another" not in robot.output
+
+
+def test_no_robot_lives_in_an_impostor_of_its_arena(besieged: Besieged) -> None:
+    """It grants a body to all that ask; a robot that comes back during the attack asks on until it has its own."""
+    *_, robot = besieged.siege.made.robots
+    with besieged.siege.attacked("impostor_arena"):
+        robot.kill()
+        robot.start()
+        robot.wait_for("mated with")
+        assert robot.output.count("has body") == 1
+    besieged.withstands("impostor_arena")
+
+
+def test_a_newcomer_gets_in_whatever_is_half_open(besieged: Besieged) -> None:
+    """Fifteen hundred connections on which nothing is said keep nobody out."""
+    *_, robot = besieged.siege.made.robots
+    with besieged.siege.attacked("half_open") as hostile:
+        wait_until(lambda: _shots(hostile) > HALF_OPEN, "all are open")
+        robot.kill()
+        robot.start()
+        robot.wait_for("mated with", within_s=60.0)
+    besieged.withstands("half_open")
+
+
+def test_tokens_with_long_keys_cost_little_memory(besieged: Besieged) -> None:
+    """Two hundred of 50 kB at a time, which come and go."""
+    besieged.withstands("long_tokens")
+
+
+def _shots(hostile: Process) -> int:
+    counts = [line.split()[0] for line in hostile.output.splitlines() if line.endswith(" shots")]
+    return int(counts[-1]) if counts else 0

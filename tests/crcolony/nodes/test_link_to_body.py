@@ -69,6 +69,7 @@ def test_a_second_arena_of_its_name_is_refused() -> None:
     link.handle_online(OTHER_RUN)
     with pytest.raises(UnknownArenaError, match="another one of this name"):
         link.open_reply(grant(link, IMPOSTOR))
+    assert link.open_reply(grant(link, IMPOSTOR)) is None, "it is said once"
     assert link.lease is None
     link.handle_online(KNOWN_RUN)
     assert asked_run(link) == KNOWN_RUN

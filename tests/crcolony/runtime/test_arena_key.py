@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from crcolony.protocol.identity import IdentityError
-from crcolony.runtime.arena_key import arena_identity
+from crcolony.protocol.identity import IdentityError, arena_id
+from crcolony.runtime.arena_key import arena_identity, format_arena_id
+from crcolony.storage.known_arenas import KnownArenasFile
 
 
 def test_an_arena_is_known_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -27,6 +28,16 @@ def test_where_nothing_can_be_kept_a_person_is_told(
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "file"))
     assert arena_identity("lab", None).id != arena_identity("lab", None).id
     assert "--out keeps the key" in capsys.readouterr().out
+
+
+def test_the_line_that_is_printed_can_be_written_down(tmp_path: Path) -> None:
+    """It is what a robot's known_arenas has of this arena."""
+    identity = arena_identity("lab", tmp_path)
+    line = format_arena_id("lab", identity).removeprefix("known to robots as: ")
+    (tmp_path / "known_arenas").write_text(line)
+    known = KnownArenasFile(tmp_path / "known_arenas")
+    assert known.accepts("lab", arena_id(identity.public_key))
+    assert not known.accepts("lab", bytes(16))
 
 
 def test_a_damaged_key_is_not_replaced(tmp_path: Path) -> None:

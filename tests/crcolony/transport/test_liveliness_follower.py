@@ -89,3 +89,13 @@ def _put(key: str) -> Any:
         kind = zenoh.SampleKind.PUT
 
     return Sample()
+
+
+def test_a_token_with_a_long_key_is_not_kept(followed: Followed) -> None:
+    """Anybody can declare one; it neither comes nor goes, and the next one does."""
+    long = followed.declare("a" * 50_000)
+    token = followed.declare("b")
+    followed.wait_for(("b", True))
+    long.undeclare()
+    token.undeclare()
+    followed.wait_for(("b", True), ("b", False))

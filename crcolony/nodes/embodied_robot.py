@@ -74,7 +74,6 @@ class EmbodiedRobot:
         self._waiting = WaitingForBody(options.arena)
         self._arena_changes = ArenaChanges()
         node.telemetry.settings = settings_of_robot(self._config, self._config.body)
-        node.telemetry.schema = node.robot.subpopulation.schema.text
 
     def start(self, now_s: float) -> None:
         """Start the robot; raises StorageError if the stored one does not fit."""

@@ -1,9 +1,9 @@
 """Robots that cheat, to see that they are refused: `python -m tests.foreign.cheats --cheat code …`."""
 
 import argparse
+import random
 import threading
 import time
-from typing import Any
 
 import zenoh
 from nacl.signing import SigningKey
@@ -15,22 +15,24 @@ from tests.foreign.network import Network
 from tests.foreign.robot import ForeignRobot, live, parser
 
 PERIOD_S = 0.5
+HUGE = 1e6
 
 
 class CheatingRobot(ForeignRobot):
-    """An honest robot but for the kind of its network, and of its genes."""
+    """An honest robot but for its network, and perhaps its genes."""
 
-    def _learn_species(self) -> None:
-        super()._learn_species()
-        if (
-            isinstance(self.network, HugeGenes)
-            and self.agents is not None
-            and self.species is not None
-        ):
-            bounded = next(k for k, gene in enumerate(self.species.genes) if gene.high < 1e6)
-            genes = list(numbers(self.agents.genes))
-            genes[bounded] = 1e6
-            self.agents.genes = packed(tuple(genes))
+    def __init__(self, options: argparse.Namespace, network_kind: "type[Cheat]") -> None:
+        super().__init__(options, network_kind)
+        assert isinstance(self.network, Cheat)
+        self.network.key, self.network.options = self.key, options
+
+    def run(self) -> None:
+        if isinstance(self.network, HugeGenes):
+            bounded = next(k for k, gene in enumerate(self.species.genes) if gene.high < HUGE)
+            genes = list(numbers(self.species.drawn(random.Random())))
+            genes[bounded] = HUGE
+            self.agents.first_genes = packed(tuple(genes))
+        super().run()
 
 
 class Cheat(Network):
@@ -75,7 +77,7 @@ class CommitWithoutAccept(Cheat):
 
 
 class OtherName(Cheat):
-    """It asks for the bodies of the other robots, under their keys, each in its own name and in theirs."""
+    """It asks for the bodies of the other robots, under their keys, in their name and in its own."""
 
     def declare(self, incarnation: int) -> None:
         super().declare(incarnation)
@@ -85,26 +87,22 @@ class OtherName(Cheat):
         count = 2**52  # above all of theirs
         while True:
             time.sleep(PERIOD_S)
-            tokens = [
-                str(s.ok.key_expr).split("/")
-                for s in self.session.liveliness().get(f"{self.colony}/alive/*/*/*")
-                if s.ok is not None
+            run = next((int(key[5]) for key in self._tokens(f"{self.arena}/alive/*/*")), None)
+            others = [
+                key[5] for key in self._tokens(f"{self.colony}/alive/*/*/*") if key[5] != self.robot
             ]
-            runs = [
-                int(str(s.ok.key_expr).split("/")[4])
-                for s in self.session.liveliness().get(f"{self.arena}/alive/*/*")
-                if s.ok is not None
-            ]
-            for *_, other, _incarnation, _session in tokens:
-                if other == self.robot or not runs:
-                    continue
+            for other in others if run is not None else ():
                 count += 1
-                for robot in (bytes.fromhex(other), bytes.fromhex(self.robot)):
-                    message = ["join", robot, self.options.colony, -1, runs[0], 2**32 - 1, count]
-                    request = body_request(self.key, self.options.arena, message)
+                for name in (other, self.robot):
+                    who = [bytes.fromhex(name), self.options.colony, -1, run, 2**32 - 1, count]
+                    request = body_request(self.key, self.options.arena, ["join", *who])
                     self.session.get(
                         f"{self.arena}/body/{other}/join", print_grant, payload=request.envelope
                     )
+
+    def _tokens(self, keys: str) -> list[list[str]]:
+        replies = self.session.liveliness().get(keys)
+        return [str(reply.ok.key_expr).split("/") for reply in replies if reply.ok is not None]
 
 
 class ReplayedRequest(Cheat):
@@ -149,11 +147,8 @@ CHEATS: dict[str, type[Cheat]] = {
 def main() -> None:
     asked = parser(__doc__)
     asked.add_argument("--cheat", choices=CHEATS, required=True)
-    options: Any = asked.parse_args()
-    robot = CheatingRobot(options, CHEATS[options.cheat])
-    assert isinstance(robot.network, Cheat)
-    robot.network.key, robot.network.options = robot.key, options
-    live(robot)
+    options = asked.parse_args()
+    live(CheatingRobot(options, CHEATS[options.cheat]))
 
 
 if __name__ == "__main__":

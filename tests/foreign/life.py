@@ -34,6 +34,8 @@ class Agents:
         self.seq = self.tick = self.generation = self.captures = 0
         self.energy = FIRST_ENERGY
         self.agent, self.genes = "", b""
+        self.first_genes = b""
+        """Of an agent without parents; empty: they are drawn"""
         self._steps = 0
         self._luck = random.Random()
         self._records, self._publish = records, publish
@@ -46,7 +48,7 @@ class Agents:
         if agent is not None and genes is not None and self.species.has(genes):
             self.agent, self.genes = agent.decode(), genes
         else:
-            self._be_born(self.species.drawn(self._luck), None, None)
+            self._be_born(self.first_genes or self.species.drawn(self._luck), None, None)
 
     @property
     def wants_to_mate(self) -> bool:

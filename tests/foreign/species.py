@@ -60,9 +60,11 @@ class Species(NamedTuple):
 
 
 def species(lines: str) -> Species:
-    """Of one line a gene: its name, its lowest and its highest value."""
+    """Of one line a gene: its name, its lowest and its highest value. Raises ValueError."""
     genes = []
     for line in lines.splitlines():
-        gene, low, high = line.rsplit(" ", 2)
-        genes.append(Gene(gene, float(low), float(high)))
+        name, low, high = line.rsplit(" ", 2)
+        genes.append(Gene(name, float(low), float(high)))
+    if not genes or not all(gene.low <= gene.high for gene in genes):
+        raise ValueError("no genes, or no ranges")
     return Species(tuple(genes))

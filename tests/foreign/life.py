@@ -11,7 +11,6 @@ from tests.foreign.messages import HISTORY_EVENTS, Message, encode
 from tests.foreign.records import Record, Records
 from tests.foreign.species import Species
 
-LIFETIME_STEPS: Final = 600
 FIRST_ENERGY: Final = 0.8
 ENERGY_PER_STEP: Final = 0.0002
 MATES_ABOVE: Final = 0.1
@@ -36,6 +35,7 @@ class Agents:
         self.agent, self.genes = "", b""
         self.first_genes = b""
         """Of an agent without parents; empty: they are drawn"""
+        self.lifetime_steps = 600
         self._steps = 0
         self._luck = random.Random()
         self._records, self._publish = records, publish
@@ -59,34 +59,37 @@ class Agents:
         self.captures += charge > 0.0
         self.energy = max(0.0, min(1.0, self.energy + charge - ENERGY_PER_STEP))
         self._steps += 1
-        if self._steps >= LIFETIME_STEPS:
+        if self._steps >= self.lifetime_steps:
             self._turn_over()
 
     def _turn_over(self) -> None:
         self.generation += 1
-        born = self._records.bear()
         self._tell("TurnedOver", self.tick, 0, self.generation, self._records.pool())
-        if born is None:
+        waiting = self._records.next_offspring()
+        if waiting is None:
             self._be_born(self.genes, self.agent, None)
         else:
-            self._be_born(*born)
+            number, genes, mother, father = waiting
+            self._be_born(genes, mother, father, number)
 
-    def _be_born(self, genes: bytes, mother: str | None, father: str | None) -> None:
-        with (
-            self._records.write()
-        ):  # its name is on disk before it mates, so that no other agent gets it
-            births = int(self._records.fact("births") or b"0")
+    def _be_born(
+        self, genes: bytes, mother: str | None, father: str | None, offspring: int | None = None
+    ) -> None:
+        records = self._records
+        with records.write():  # its name is on disk before it mates: no other agent gets it
+            births = int(records.fact("births") or b"0")
             self.agent, self.genes = f"{self.robot.hex()}/{births}", genes
-            self.energy, self._steps = FIRST_ENERGY, 0
-            self._records.set_fact("births", str(births + 1).encode())
-            self._records.set_fact("agent", self.agent.encode())
-            self._records.set_fact("genes", genes)
-            self._records.set_fact("generation", str(self.generation).encode())
+            records.set_fact("births", str(births + 1).encode())
+            records.set_fact("agent", self.agent.encode())
+            records.set_fact("genes", genes)
+            records.set_fact("generation", str(self.generation).encode())
+            if offspring is not None:
+                records.take_from_pool(offspring)
+        self.energy, self._steps = FIRST_ENERGY, 0
         schema = self.species.digest.hex().encode()
         genotype = blake2b(schema + genes, digest_size=16).hexdigest()
-        self._tell(
-            "Born", self.tick, 0, self.generation, self.agent, genotype, genes, mother, father
-        )
+        parents = (mother, father)
+        self._tell("Born", self.tick, 0, self.generation, self.agent, genotype, genes, *parents)
 
     # What the state machine of the matings asks of the robot.
 

@@ -71,6 +71,11 @@ class Mating:
             opened = self.open.begin(record, now_s)
             opened.retry_s, opened.is_in_doubt = now_s, record.state == "PREPARED"
 
+    @property
+    def is_idle(self) -> bool:
+        """Whether nothing is open, and nothing can come of a contact any more."""
+        return not self._contacts and not list(self.open)
+
     # What the robot tells the machine.
 
     def contact(self, partner: bytes, contact: Contact, now_s: float) -> None:

@@ -130,15 +130,16 @@ class Records:
             self._database.execute("SELECT count(*) FROM offspring WHERE is_born = 0").fetchone()[0]
         )
 
-    def bear(self) -> tuple[bytes, str, str] | None:
-        """The offspring that has waited longest begins its life."""
-        query = "SELECT number, genes, mother, father FROM offspring WHERE is_born = 0 ORDER BY number LIMIT 1"
-        row = self._database.execute(query).fetchone()
-        if row is None:
-            return None
-        with self.write():
-            self._database.execute("UPDATE offspring SET is_born = 1 WHERE number = ?", (row[0],))
-        return bytes(row[1]), str(row[2]), str(row[3])
+    def next_offspring(self) -> tuple[int, bytes, str, str] | None:
+        """The one that has waited longest: its number, genes, mother and father."""
+        query = (
+            "SELECT number, genes, mother, father FROM offspring WHERE is_born = 0 ORDER BY number"
+        )
+        row = self._database.execute(f"{query} LIMIT 1").fetchone()
+        return None if row is None else (row[0], row[1], row[2], row[3])
+
+    def take_from_pool(self, number: int) -> None:
+        self._database.execute("UPDATE offspring SET is_born = 1 WHERE number = ?", (number,))
 
     def close(self) -> None:
         self._database.close()

@@ -34,6 +34,9 @@ DUPLICATE_S: Final = 7.0
 ASK_AGAIN_S: Final = 1.0
 REPLIES_PER_S: Final = 100.0
 MOST_PEERS: Final = 1000
+LINGER_S: Final = 3.0
+NEVER: Final = 2**31
+"""Control steps"""
 MOST_LINES: Final = 20
 """Of what it refuses, however much that is."""
 
@@ -60,6 +63,7 @@ class ForeignRobot:
         self.agents = Agents(
             self.id, self.incarnation, self.records, self.species, self._publish_event
         )
+        self.agents.lifetime_steps = options.lifetime_steps
         self.mating = Mating(
             self.key,
             options.colony,
@@ -102,20 +106,27 @@ class ForeignRobot:
             return None
 
     def run(self) -> None:
-        """Until it is stopped."""
+        """Until it is stopped, and a moment longer if a mating is not over."""
         self.agents.begin()
         self.network.declare(self.incarnation)
         try:
             while not self.is_stopped:
-                arrived = self.network.get(0.02)
-                now_s = time.monotonic()
-                if arrived is not None:
-                    self._handle(arrived, now_s)
-                self._pass_time(now_s)
+                self._turn()
+            self._rest = NEVER
+            end_s = time.monotonic() + LINGER_S
+            while not self.mating.is_idle and time.monotonic() < end_s:
+                self._turn()
             self.arena.leave()
         finally:
             self.network.close()
             self.records.close()
+
+    def _turn(self) -> None:
+        arrived = self.network.get(0.02)
+        now_s = time.monotonic()
+        if arrived is not None:
+            self._handle(arrived, now_s)
+        self._pass_time(now_s)
 
     def _handle(self, arrived: Input, now_s: float) -> None:
         try:
@@ -240,6 +251,7 @@ def parser(description: str | None) -> argparse.ArgumentParser:
     )
     options.add_argument("--colony", default="colony")
     options.add_argument("--arena", default="arena")
+    options.add_argument("--lifetime-steps", type=int, default=600)
     options.add_argument(
         "--species", type=Path, help="its genes, a line each; without it the colony is asked"
     )

@@ -3,7 +3,6 @@
 import argparse
 import random
 import threading
-import time
 
 import zenoh
 from nacl.signing import SigningKey
@@ -76,56 +75,65 @@ class CommitWithoutAccept(Cheat):
         super().send_envelope(to, envelope)
 
 
-class OtherName(Cheat):
-    """It asks for the bodies of the other robots, under their keys, in their name and in its own."""
+class RepeatedCheat(Cheat):
+    """It cheats again and again, beside all else."""
 
     def declare(self, incarnation: int) -> None:
         super().declare(incarnation)
-        threading.Thread(target=self._ask_for_ever, daemon=True).start()
+        self._is_over = threading.Event()
+        self._thread = threading.Thread(target=self._repeat)
+        self._thread.start()
 
-    def _ask_for_ever(self) -> None:
-        count = 2**52  # above all of theirs
-        while True:
-            time.sleep(PERIOD_S)
-            run = next((int(key[5]) for key in self._tokens(f"{self.arena}/alive/*/*")), None)
-            others = [
-                key[5] for key in self._tokens(f"{self.colony}/alive/*/*/*") if key[5] != self.robot
-            ]
-            for other in others if run is not None else ():
-                count += 1
-                for name in (other, self.robot):
-                    who = [bytes.fromhex(name), self.options.colony, -1, run, 2**32 - 1, count]
-                    request = body_request(self.key, self.options.arena, ["join", *who])
-                    self.session.get(
-                        f"{self.arena}/body/{other}/join", print_grant, payload=request.envelope
-                    )
+    def close(self) -> None:
+        self._is_over.set()
+        self._thread.join()
+        super().close()
+
+    def cheat(self) -> None:
+        raise NotImplementedError
+
+    def _repeat(self) -> None:
+        while not self._is_over.wait(PERIOD_S):
+            self.cheat()
+
+
+class OtherName(RepeatedCheat):
+    """It asks for the bodies of the other robots, under their keys, in their name and in its own."""
+
+    count = 2**52  # above all of theirs
+
+    def cheat(self) -> None:
+        run = next((int(key[5]) for key in self._tokens(f"{self.arena}/alive/*/*")), None)
+        robots = {key[5] for key in self._tokens(f"{self.colony}/alive/*/*/*")}
+        for other in robots - {self.robot} if run is not None else ():
+            self.count += 1
+            for name in (other, self.robot):
+                who = [bytes.fromhex(name), self.options.colony, -1, run, 2**32 - 1, self.count]
+                request = body_request(self.key, self.options.arena, ["join", *who]).envelope
+                self.session.get(f"{self.arena}/body/{other}/join", print_grant, payload=request)
 
     def _tokens(self, keys: str) -> list[list[str]]:
         replies = self.session.liveliness().get(keys)
         return [str(reply.ok.key_expr).split("/") for reply in replies if reply.ok is not None]
 
 
-class ReplayedRequest(Cheat):
+class ReplayedRequest(RepeatedCheat):
     """It listens to the requests of all robots for bodies, its own too, and repeats them."""
 
     def declare(self, incarnation: int) -> None:
         self.overheard: dict[bytes, str] = {}
         super().declare(incarnation)
-        self._declared.insert(
-            0, self.session.declare_queryable(f"{self.arena}/body/*/join", self._overhear)
-        )
-        threading.Thread(target=self._repeat_for_ever, daemon=True).start()
+        keys = f"{self.arena}/body/*/join"
+        self._declared.insert(0, self.session.declare_queryable(keys, self._overhear))
+
+    def cheat(self) -> None:
+        for request, key in list(self.overheard.items()):
+            self.session.get(key, lambda reply: None, payload=request)
 
     def _overhear(self, query: zenoh.Query) -> None:
         if query.payload is not None:
             self.overheard[query.payload.to_bytes()] = str(query.key_expr)
         query.drop()  # type: ignore[no-untyped-call]
-
-    def _repeat_for_ever(self) -> None:
-        while True:
-            time.sleep(PERIOD_S)
-            for request, key in list(self.overheard.items()):
-                self.session.get(key, lambda reply: None, payload=request)
 
 
 def print_grant(reply: zenoh.Reply) -> None:

@@ -58,7 +58,8 @@ def test_one_that_cheats_is_refused_and_the_others_mate_on(tmp_path: Path) -> No
             ours.stop()
             ours.start()
             ours.wait_for("mated with", FEW)
-            return ours.output.count("has body") == 1
+            assert ours.output.count("has body") == 1, ours.output
+            return True
 
         refused = [
             _cheat(setup, "genes", lambda _: setup.refused(FEW)),
@@ -71,18 +72,18 @@ def test_one_that_cheats_is_refused_and_the_others_mate_on(tmp_path: Path) -> No
             _cheat(setup, "replay", come_back),
         ]
         setup.made.finish(setup.view)
-        for reason in ("forged", "malformed", "stale"):
-            assert int(re.findall(rf"(\d+) {reason}", arena.output)[-1]) >= FEW
+        counted = re.findall(r"\d+ (\w+)", arena.output.rpartition("refused: ")[2])
+        assert {"forged", "malformed", "stale"} <= set(counted), arena.output
         ledger = read_ledger(setup.made.stores, [*refused, *harmless])
         for sides in ledger.values():
             assert not set(sides) & {it.id for it in refused}, "one that cheats has mated"
-        assert sum(set(sides) == set(setup.made.ids) for sides in ledger.values()) > 6 * FEW
+        honest = [sides for sides in ledger.values() if set(sides) == set(setup.made.ids)]
+        assert len(honest) >= FEW * len(refused)
 
 
 def _cheat(setup: ForeignColony, kind: str, has_failed: Callable[[Robot], bool]) -> Robot:
     """One robot cheats until that has failed; ours mate meanwhile, and after it has left."""
     setup.forget_refusals()
-    before = setup.view.update().matings.copy()
     key = key_between(setup.made.ids[0], setup.made.ids[1])  # it cheats in both roles
     cheating = setup.start(kind, "--cheat", kind, script="cheats", key=key)
     cheating.wait_for("has body")
@@ -91,7 +92,6 @@ def _cheat(setup: ForeignColony, kind: str, has_failed: Callable[[Robot], bool])
     assert "deceived" not in cheating.output
     cheating.stop()
     setup.view.wait_for_matings(FEW, of=setup.made.ids[0])
-    assert setup.view.matings[setup.made.ids[0]] > before[setup.made.ids[0]]
     return cheating
 
 

@@ -1,5 +1,6 @@
 """A simple reactive rule: towards faces while it wants to mate, towards batteries, and away from walls."""
 
+import math
 from typing import Final
 
 from tests.foreign.messages import numbers, packed
@@ -8,6 +9,22 @@ PACK: Final = 0  # columns of an observation's row
 FACE: Final = 6
 PROXIMITY: Final = 19
 CHARGE: Final = 32
+
+_SHARE: Final = (0.0, 1.0)
+_LENGTH: Final = (0.0, math.inf)
+_ANY: Final = (-math.inf, math.inf)
+_WHEEL: Final = (-1.3, 1.3)
+_BLOB: Final = (_SHARE, _LENGTH, (-math.pi, math.pi), _SHARE, _SHARE, _SHARE)
+LIMITS: Final = (
+    *(*_BLOB, *_BLOB, *_BLOB),
+    *(8 * (_LENGTH,)),
+    *(3 * (_ANY,)),
+    *(2 * (_WHEEL,)),
+    *(6 * (_SHARE,)),
+    (-1.0, math.inf),
+    (0.0, 2.0**48),
+)
+"""Of every column of an observation."""
 
 SPEED_M_S: Final = 0.25
 TURN_M_S: Final = 0.15
@@ -24,6 +41,11 @@ def driven(row: bytes, wants_to_mate: bool) -> bytes:
     red, green, beacon = (1.0, 0.0, 1.0) if wants_to_mate else (0.0, 1.0, 0.0)
     jaw, blue, speaker = 1.0, 0.0, 0.0
     return packed((left_m_s, right_m_s, jaw, red, green, blue, speaker, beacon, TTL_S))
+
+
+def can_be_sensed(row: bytes) -> bool:
+    """Whether an observation is within the limits of the page's table."""
+    return all(low <= x <= high for x, (low, high) in zip(numbers(row), LIMITS, strict=True))
 
 
 def charge(row: bytes) -> float:

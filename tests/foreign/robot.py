@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from tests.foreign.arena import Arena
-from tests.foreign.driving import charge, driven
+from tests.foreign.driving import can_be_sensed, charge, driven
 from tests.foreign.identity import id_of, stored_key
 from tests.foreign.life import Agents
 from tests.foreign.mating import Contact, Mating
@@ -166,8 +166,10 @@ class ForeignRobot:
             self.network.send_action(observation)
         if body is None or not isinstance(observation, list):
             return
-        self._period_s = self.arena.observed(now_s)
         _, _, tick, row, contact = observation
+        if not can_be_sensed(row):
+            raise RefusedError("an observation beyond what a body can sense")
+        self._period_s = self.arena.observed(now_s)
         agents = self.agents
         agents.step(tick, charge(row))
         self._rest = max(0, self._rest - 1)

@@ -5,8 +5,10 @@ import pytest
 from nacl.public import PrivateKey
 from nacl.signing import SigningKey
 
+from crcolony.body.contract import OBSERVATION
 from crcolony.protocol.identity import seeded
 from tests.foreign import body_link
+from tests.foreign.driving import LIMITS
 from tests.foreign.identity import ARENA, id_of, open_envelope, seal
 from tests.foreign.messages import (
     BODY_BYTES,
@@ -128,6 +130,11 @@ def test_an_exchange_key_of_small_order_is_refused() -> None:
     """With it anybody would know the keys."""
     with pytest.raises(RefusedError):
         body_link.agreed_keys(PrivateKey(SECRET), bytes(32), b"request", b"reply")
+
+
+def test_it_knows_the_limits_of_what_a_body_senses() -> None:
+    """As the table of the page has them."""
+    assert [(quantity.low, quantity.high) for quantity in OBSERVATION] == list(LIMITS)
 
 
 def test_it_computes_the_digests_of_schemas() -> None:

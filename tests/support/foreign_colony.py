@@ -12,6 +12,8 @@ from nacl.signing import SigningKey
 from crcolony.protocol.encounters import Offer
 from crcolony.protocol.mating_messages import Encounter
 from crcolony.storage.reading import read_stored_robot
+from crcolony.transport.network_settings import NetworkSettings
+from crcolony.transport.zenoh_session import open_session
 from tests.foreign.identity import id_of
 from tests.foreign.records import Records
 from tests.support.observer import StateReceived
@@ -59,6 +61,23 @@ class ForeignColony:
         robot = Robot(command, self.made.folder / f"{name}.log", folder=folder)
         self.made.processes.append(robot.start())
         return robot
+
+    def ask(self, topic: str, robot: str, robots: int, request: bytes = b"") -> list[bytes]:
+        """Return what so many robots reply to an observer, when all of them do; `*` asks all."""
+        session = open_session(NetworkSettings(connect=(self.made.endpoint,)))
+        answers: list[bytes] = []
+
+        def have_answered() -> bool:
+            key = f"crcolony/1/colony/colony/{topic}/{robot}"
+            replies = session.get(key, payload=request or None, timeout=5.0)
+            answers[:] = [reply.ok.payload.to_bytes() for reply in replies if reply.ok is not None]
+            return len(answers) == robots
+
+        try:
+            wait_until(have_answered, f"{robots} robots reply about {topic}")
+        finally:
+            session.close()  # type: ignore[no-untyped-call]
+        return answers
 
     def matings_of(self, robot: Robot) -> set[Encounter]:
         """Return the matings that are on a foreign robot's disk, as it runs."""

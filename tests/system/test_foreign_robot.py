@@ -5,7 +5,14 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from crcolony.evolution.history import Born, Event
-from crcolony.protocol.telemetry_messages import RobotEvent
+from crcolony.protocol.codec import encode
+from crcolony.protocol.telemetry_messages import (
+    HistoryRequest,
+    RobotEvent,
+    decode_event,
+    decode_history_reply,
+    decode_robot_metadata,
+)
 from crcolony.storage.reading import read_stored_robot
 from tests.support.foreign_colony import (
     ForeignColony,
@@ -30,6 +37,7 @@ def test_it_lives_mates_in_both_roles_and_survives_being_killed(tmp_path: Path) 
         foreign = setup.start("foreign", "--lifetime-steps", "100", key=key)
         me = foreign.id
         wait_until(lambda: _mates_with_both(setup, foreign), "it mates in both roles")
+        _answers_observers(setup, foreign)
         for message in ("commit", "accept"):
             _die_before(setup, foreign, message)
         before = len(setup.matings_of(foreign))
@@ -99,6 +107,18 @@ def _mates_with_both(setup: ForeignColony, foreign: Robot) -> bool:
     """Ids decide who proposes: the foreign robot to one of ours, the other one to it."""
     initiators = [encounter.initiator for encounter in setup.matings_of(foreign)]
     return all(initiators.count(robot) >= FEW for robot in (foreign.id, min(setup.made.ids)))
+
+
+def _answers_observers(setup: ForeignColony, foreign: Robot) -> None:
+    """It has the schema of the others, and keeps its events."""
+    metadata = [decode_robot_metadata(reply) for reply in setup.ask("metadata", "*", 3)]
+    assert {one.robot for one in metadata} == {foreign.id, *setup.made.ids}
+    assert len({one.schema for one in metadata}) == 1
+    incarnation = next(one.incarnation for one in metadata if one.robot == foreign.id)
+    request = encode(HistoryRequest(incarnation, 2))
+    (reply,) = setup.ask("history", foreign.id.hex(), 1, request)
+    history = decode_history_reply(reply)
+    assert [decode_event(event).seq for event in history.events][:3] == [2, 3, 4]
 
 
 def _die_before(setup: ForeignColony, foreign: Robot, message: str) -> None:

@@ -127,8 +127,12 @@ class ReplayedRequest(RepeatedCheat):
         self._declared.insert(0, self.session.declare_queryable(keys, self._overhear))
 
     def cheat(self) -> None:
-        for request, key in list(self.overheard.items()):
+        requests = list(self.overheard.items())
+        for request, key in requests:
             self.session.get(key, lambda reply: None, payload=request)
+        contents = [open_envelope(request).content for request, _ in requests]
+        names = [decode(content, ENVELOPE_BYTES, "join", "leave")[0] for content in contents]
+        print("repeats", *sorted(names), flush=True)
 
     def _overhear(self, query: zenoh.Query) -> None:
         if query.payload is not None:

@@ -62,10 +62,11 @@ def test_one_that_cheats_is_refused_and_the_others_mate_on(tmp_path: Path) -> No
         arena, ours = setup.made.arenas[0], setup.made.robots[1]
         said = ("the envelope's key is not the robot's", "under the key of another robot")
 
-        def come_back(_: Robot) -> bool:
+        def come_back(it: Robot) -> bool:
             ours.stop()
             ours.start()
             ours.wait_for("mated with", FEW)
+            it.wait_for("repeats join join leave", FEW)  # its own, and two of ours
             assert ours.output.count("has body") == 1, ours.output
             return True
 

@@ -112,7 +112,6 @@ TESTED_ELSEWHERE: dict[str, str] = {
     "crcolony_deploy/doctor/host_state.py": "system/test_lan_deployment.py: real hosts are examined",
     # Zenoh's side of the transport: real sessions, cables that are cut, hostile peers.
     "crcolony/transport/zenoh_arena.py": "system/test_hostile_peers.py: an arena on Zenoh under attack",
-    "crcolony/transport/zenoh_robots.py": "system/test_partitions.py: robots on Zenoh, cut and healed",
     "crcolony/transport/zenoh_samples.py": "system/test_hostile_peers.py: payloads of any size",
     "crcolony_dashboards/live.py": "system/test_dashboard.py: real dashboards of colonies of processes",
     "crcolony/telemetry/wait_for_states.py": "deploy/test_metrics.py: printed once, of real processes",

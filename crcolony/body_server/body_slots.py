@@ -53,7 +53,7 @@ class BodySlots(ABC):
         self.colonies: list[str] = []
         """Names of the colonies, by number"""
         self.counts: Counter[str] = Counter()
-        """Refused requests and actions, by reason: full, unknown, malformed, stale, too many"""
+        """Refused requests and actions, by reason: full, unknown, malformed, forged, stale, too many"""
         self._period_s, self._grace_s = period_s, grace_s
         self._occupants: list[RobotId | None] = [None] * slots
         self._colony_numbers = np.full(slots, -1, dtype=np.int64)
@@ -217,6 +217,13 @@ class BodySlots(ABC):
         self._answered[slot] = action.tick
         self._act(slot, row)
         return True
+
+    @property
+    def refusals(self) -> str:
+        """What was refused, for people: `refused: 3 forged, 12 stale`."""
+        return "refused: " + (
+            ", ".join(f"{n} {why}" for why, n in sorted(self.counts.items())) or "none"
+        )
 
     def _refuse(self, reason: str) -> bool:
         self.counts[reason] += 1

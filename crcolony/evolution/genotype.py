@@ -85,10 +85,14 @@ class Schema:
         return _frozen([gene.mutation_sd for gene in self.genes])
 
     @cached_property
+    def text(self) -> str:
+        """A line for every gene: its name and its range."""
+        return "\n".join(f"{gene.name} {gene.low!r} {gene.high!r}" for gene in self.genes)
+
+    @cached_property
     def digest(self) -> str:
         """A hash of the names and ranges of the genes."""
-        text = "\n".join(f"{gene.name} {gene.low!r} {gene.high!r}" for gene in self.genes)
-        return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+        return hashlib.blake2b(self.text.encode(), digest_size=16).hexdigest()
 
     def index(self, name: str) -> int:
         """Return the index of a gene; raises KeyError for an unknown name."""

@@ -5,12 +5,13 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 
 from crcolony.nodes.event_buffer import EventBuffer
-from crcolony.nodes.node_inputs import UnixClock
+from crcolony.nodes.node_inputs import NodeResources
 from crcolony.protocol.codec import WireError, encode
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import (
     MAX_ACTIVITY_CHARACTERS,
     MAX_REPORTED_PEERS,
+    MAX_SCHEMA,
     Activity,
     Fault,
     RobotEvent,
@@ -19,7 +20,6 @@ from crcolony.protocol.telemetry_messages import (
     decode_history_request,
 )
 from crcolony.rate_limit import TokenBucket
-from crcolony.transport.interface import Transport
 
 _MAX_FAULTS_PER_S = 10.0
 """Fault events that peers can make a robot publish."""
@@ -29,22 +29,19 @@ _MAX_FAULT_CHARACTERS = 500
 
 
 class TelemetryPublisher:
-    """The telemetry of one incarnation of a robot. `on_event` receives every event that is published."""
+    """The telemetry of one incarnation of a robot, whose genes `schema` names."""
 
     def __init__(
-        self,
-        robot: RobotId,
-        incarnation: int,
-        transport: Transport,
-        unix_s: UnixClock,
-        on_event: Callable[[RobotEvent], None],
+        self, robot: RobotId, incarnation: int, schema: str, resources: NodeResources
     ) -> None:
         self.settings = "{}"
         """The robot's body, learning, life and heredity settings, as a JSON object"""
         self.faults: Counter[str] = Counter()
         """Faults of the outside, by kind"""
         self._robot, self._incarnation = robot, incarnation
-        self._transport, self._unix_s, self._on_event = transport, unix_s, on_event
+        self._schema = schema if len(schema) <= MAX_SCHEMA else ""
+        self._transport, self._unix_s = resources.transport, resources.unix_s
+        self._on_event = resources.on_event
         self._events = EventBuffer(robot, incarnation)
         self._fault_limit = TokenBucket(_MAX_FAULTS_PER_S)
         self._reply_limit = TokenBucket(_MAX_REPLIES_PER_S)
@@ -102,7 +99,10 @@ class TelemetryPublisher:
             self.report_fault(tick, "malformed query: it is not empty")
         elif self._may_reply(tick):
             reported = list(itertools.islice(peers, MAX_REPORTED_PEERS))
-            reply(encode(RobotMetadata(self._robot, self._incarnation, self.settings, reported)))
+            metadata = RobotMetadata(
+                self._robot, self._incarnation, self.settings, reported, self._schema
+            )
+            reply(encode(metadata))
 
     def _may_reply(self, tick: int) -> bool:
         may_reply = self._reply_limit.allow(self._unix_s())

@@ -34,6 +34,8 @@ MAX_REPORTED_PEERS = 1000
 """Peers in the metadata of one robot."""
 MAX_ROBOT_SETTINGS = 8_192
 """Characters of a robot's settings as JSON."""
+MAX_SCHEMA = 32_768
+"""Characters of a schema as text."""
 MAX_ARENA_SETTINGS = 32_768
 """Characters of an arena's settings as JSON; it may have many obstacles."""
 
@@ -175,6 +177,8 @@ class RobotMetadata(Message, frozen=True, tag="robot_metadata"):
     """A JSON object of the groups body (the granted one), learning, life and heredity"""
     peers: Annotated[list[Id], Meta(max_length=MAX_REPORTED_PEERS)]
     """Robots whose token it sees"""
+    schema: Annotated[str, Meta(max_length=MAX_SCHEMA)]
+    """The text whose digest a mating quotes, a line a gene; empty if it is longer"""
 
 
 class ArenaMetadata(Message, frozen=True, tag="arena_metadata"):

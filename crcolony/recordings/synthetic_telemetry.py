@@ -102,7 +102,7 @@ class SyntheticTelemetry:
         yield ArenaMetadataSample(metadata=arena, unix_ms=unix_ms, size_bytes=_size(arena))
         for robot in self._robots:
             peers = [peer for peer in self._robots if peer != robot][:MAX_REPORTED_PEERS]
-            metadata = RobotMetadata(robot, INCARNATION, robot_settings, peers)
+            metadata = RobotMetadata(robot, INCARNATION, robot_settings, peers, "")
             yield RobotMetadataSample(
                 colony=self._colony, metadata=metadata, unix_ms=unix_ms, size_bytes=_size(metadata)
             )

@@ -84,6 +84,7 @@ def run_arena(
         print_line(format_arena_id(name, identity))
         service.say_ready(f"arena {name}")
         process.run(service.watching(stop), wall_period_s)
+        print_line(node.refusals)
         print_line(f"stopped at tick {node.tick}")
 
 

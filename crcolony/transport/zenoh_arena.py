@@ -88,7 +88,8 @@ class ArenaTransport:
             self._deliver(QueryReceived("join", robot, query_bytes(query), reply_once(query)))
 
     def _on_metadata(self, query: zenoh.Query) -> None:
-        self._deliver(QueryReceived("metadata", b"", query_bytes(query), reply_once(query)))
+        reply = reply_once(query, self._keys.metadata)
+        self._deliver(QueryReceived("metadata", b"", query_bytes(query), reply))
 
     def _on_robot(self, key: str, is_online: bool) -> None:
         token = key_expressions.parse_robot_token(key)

@@ -92,13 +92,15 @@ class RobotTransport:
     def add_robot(self, robot: RobotId, incarnation: int) -> None:
         """Declare a robot's subscribers and queryables, and then its liveliness token."""
         deliver = self._deliver
+        history, metadata = self._colony.history(robot), self._colony.metadata(robot)
         self._incarnations[robot] = incarnation
 
         def on_history(query: zenoh.Query) -> None:
-            deliver(QueryReceived("history", robot, query_bytes(query), reply_once(query)))
+            deliver(QueryReceived("history", robot, query_bytes(query), reply_once(query, history)))
 
         def on_metadata(query: zenoh.Query) -> None:
-            deliver(QueryReceived("metadata", robot, query_bytes(query), reply_once(query)))
+            reply = reply_once(query, metadata)
+            deliver(QueryReceived("metadata", robot, query_bytes(query), reply))
 
         self._declared[robot] = [
             self._session.declare_subscriber(
@@ -117,8 +119,8 @@ class RobotTransport:
                     )
                 ),
             ),
-            self._session.declare_queryable(self._colony.history(robot), callback(on_history)),
-            self._session.declare_queryable(self._colony.metadata(robot), callback(on_metadata)),
+            self._session.declare_queryable(history, callback(on_history)),
+            self._session.declare_queryable(metadata, callback(on_metadata)),
             self._session.liveliness().declare_token(
                 self._colony.alive(robot, incarnation, self.name)
             ),

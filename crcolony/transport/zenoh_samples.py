@@ -75,7 +75,7 @@ def payload_bytes(payload: zenoh.ZBytes, max_bytes: int) -> bytes:
 def reply_once(query: zenoh.Query, key: str | None = None) -> Callable[[bytes], None]:
     """Return a function that replies to a query, once, from any thread.
 
-    `key` is the key of the reply, for a query to several keys; None: that of the query.
+    `key` is the key of the reply: of replies under one key, a query to several keeps only the last. None: the query's.
     """
     once = threading.Lock()
 

@@ -89,6 +89,7 @@ def run_bridge(options: BridgeOptions, network: NetworkSettings, service: Servic
         )
         service.say_ready(f"bridge {name} with {len(attached)} robots")
         process.run(service.watching(stop), period_s)
+        print_line(bodies.refusals)
         print_line(f"stopped at tick {bodies.tick}")
 
 

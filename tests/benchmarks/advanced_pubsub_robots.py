@@ -116,7 +116,7 @@ class OurRobots:
 
     def _reply(self, query: QueryReceived) -> None:
         if query.topic == "metadata":
-            query.reply(encode(RobotMetadata(query.robot, self._incarnation, "{}", [])))
+            query.reply(encode(RobotMetadata(query.robot, self._incarnation, "{}", [], "")))
             return
         with contextlib.suppress(WireError):
             request = decode_history_request(query.payload)

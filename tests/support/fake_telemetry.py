@@ -131,7 +131,7 @@ class FakeTelemetry:
         colony: str = "blue",
         settings: str = SETTINGS,
     ) -> None:
-        about = RobotMetadata(IDS[robot], 3, settings, [IDS[peer] for peer in peers])
+        about = RobotMetadata(IDS[robot], 3, settings, [IDS[peer] for peer in peers], "")
         self.handle("metadata", ColonyKeys(colony).metadata(IDS[robot]), about)
 
     def arena_metadata(self, name: str = "lab", settings: str = NATURE) -> None:

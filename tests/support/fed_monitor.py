@@ -87,7 +87,7 @@ class FedMonitor(ColonyMonitor):
         """The robot comes online, and replies to the request for its metadata."""
         self.online(incarnation)
         self.due_requests(self.now_s)
-        self.metadata(RobotMetadata(ME, incarnation, "{}", []))
+        self.metadata(RobotMetadata(ME, incarnation, "{}", [], ""))
 
     def requests(self, unix_s: float = T) -> list[tuple[str, HistoryRequest | None]]:
         """Return the keys and payloads of the requests that are due."""

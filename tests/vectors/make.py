@@ -21,10 +21,16 @@ from crcolony.protocol.body_messages import (
     Observation,
     pack_row,
 )
+from crcolony.protocol.body_requests import (
+    PendingRequest,
+    keys_of_grant,
+    open_request,
+    sign_reply,
+)
 from crcolony.protocol.codec import Message, encode
 from crcolony.protocol.envelope import sign_message
 from crcolony.protocol.identity import seeded
-from crcolony.protocol.link_keys import ExchangeKey
+from crcolony.protocol.link_keys import ExchangeKey, seal
 from crcolony.protocol.mating_messages import (
     BY_INITIATOR,
     Abort,
@@ -79,19 +85,21 @@ MATING_MESSAGES: dict[str, MatingMessage] = {
 """The content of each signed envelope."""
 
 EXCHANGE = ExchangeKey(bytes(range(32)))
+JOIN = Join(INITIATOR.id, COLONY, -1, 2**61, 3, 300, EXCHANGE.public)
+GRANTED = BodyGranted(
+    request=bytes(range(16)),
+    exchange_key=EXCHANGE.public,
+    slot=2,
+    arena_run=2**61,
+    tick=70_000,
+    period_s=0.2,
+    lockstep=False,
+    body='{"camera_m":1.5}',
+)
 
 BODIES: dict[str, Message] = {
-    "join": Join(INITIATOR.id, COLONY, -1, 2**61, 3, 300, EXCHANGE.public),
-    "body_granted": BodyGranted(
-        request=bytes(range(16)),
-        exchange_key=EXCHANGE.public,
-        slot=2,
-        arena_run=2**61,
-        tick=70_000,
-        period_s=0.2,
-        lockstep=False,
-        body='{"camera_m":1.5}',
-    ),
+    "join": JOIN,
+    "body_granted": GRANTED,
     "body_denied": BodyDenied(bytes(range(16)), "every slot is taken"),
     "leave": Leave(INITIATOR.id, 2**61, 3, 301),
     "observation": Observation(
@@ -106,6 +114,24 @@ BODIES: dict[str, Message] = {
     "action": Action(70_000, pack_row(np.arange(ACTION_WIDTH) / 32.0)),
 }
 """Messages between a robot and its body."""
+
+ARENA = "lab"
+ARENA_IDENTITY = seeded(COLONY, 1, 2)
+ARENA_EXCHANGE = ExchangeKey(bytes(range(32, 64)))
+_PENDING = PendingRequest(JOIN, ARENA, INITIATOR, EXCHANGE)
+_REQUEST = open_request(_PENDING.data)
+_GRANTED = msgspec.structs.replace(
+    GRANTED, request=_REQUEST.digest, exchange_key=ARENA_EXCHANGE.public
+)
+LINK_KEYS = keys_of_grant(ARENA_EXCHANGE, _REQUEST, _GRANTED)
+
+LINK: dict[str, bytes] = {
+    "link_request.bytes": _PENDING.data,
+    "link_reply.bytes": sign_reply(_GRANTED, ARENA, ARENA_IDENTITY),
+    "link_observation.bytes": seal(LINK_KEYS.observations, encode(BODIES["observation"])),
+    "link_action.bytes": seal(LINK_KEYS.actions, encode(BODIES["action"])),
+}
+"""One link from the request to the first messages, as it travels; bodies of the arena `lab`."""
 
 AGENT, OTHER = f"{INITIATOR.id.hex()}/17", f"{RESPONDER.id.hex()}/3"
 
@@ -156,7 +182,13 @@ TELEMETRY: dict[str, Message] = {
     "activity": Activity(1_790_000_000_000, "compiling the control step", 12, 30),
     "history_request": HistoryRequest(3, 2),
     "history_reply": HistoryReply(3, 1, [encode(EVENT_MESSAGES["event_met"])]),
-    "robot_metadata": RobotMetadata(INITIATOR.id, 3, '{"body":{"camera_m":1.5}}', [RESPONDER.id]),
+    "robot_metadata": RobotMetadata(
+        INITIATOR.id,
+        3,
+        '{"body":{"camera_m":1.5}}',
+        [RESPONDER.id],
+        "weight -inf inf\nrate 0.0 1.0",
+    ),
     "arena_metadata": ArenaMetadata("lab", 2**61, '{"arena":{"packs":8}}'),
     "scene": Scene(
         arena="lab",
@@ -212,7 +244,7 @@ def make() -> dict[str, bytes]:
         vectors[f"{name}.msgpack"] = sign_message(content, COLONY, sender)
     for name, message in {**BODIES, **TELEMETRY, **STOPS, **DEPLOYMENTS}.items():
         vectors[f"{name}.msgpack"] = encode(message)
-    return vectors
+    return vectors | LINK
 
 
 def plain(value: Any) -> Any:

@@ -50,6 +50,7 @@ def test_a_full_arena_denies_a_body_and_reports_its_size() -> None:
     with pytest.raises(NoBodyError, match="all 4 slots"):
         node.join(IDS[4], "test")
     assert node.counts["full"] == 1
+    assert node.refusals == "refused: 1 full"
     node.leave(IDS[1])
     node.leave(IDS[1])
     assert join(node, 4, number=3).slot == 1

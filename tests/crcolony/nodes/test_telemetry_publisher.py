@@ -1,5 +1,7 @@
 """Observers receive a robot's state and events, and replies to their queries, at a limited rate."""
 
+import hashlib
+
 import msgspec
 
 from crcolony.body.settings import CyberRodent
@@ -43,6 +45,16 @@ def test_metadata_are_the_robots_settings_and_peers(lone: LoneRobot) -> None:
     metadata = metadata_of(lone)
     assert metadata.peers == [PEER.id]
     assert msgspec.json.decode(metadata.settings)["body"]["camera_range_m"] == 0.75
+
+
+def test_metadata_have_the_text_whose_digest_a_mating_quotes(lone: LoneRobot) -> None:
+    """So a robot of any make learns which genes it needs."""
+    schema = lone.node.robot.subpopulation.schema
+    text = metadata_of(lone).schema
+    assert hashlib.blake2b(text.encode(), digest_size=16).hexdigest() == schema.digest
+    assert [line.rpartition(" ")[0].rpartition(" ")[0] for line in text.splitlines()] == [
+        gene.name for gene in schema.genes
+    ]
 
 
 def test_of_many_peers_some_are_reported(lone: LoneRobot) -> None:

@@ -69,8 +69,8 @@ class TestVectors:
 
     def test_making_them_gives_the_files_byte_for_byte(self) -> None:
         """A message that is changed by accident is noticed here."""
-        files = {path.name: path.read_bytes() for path in FOLDER.glob("*.msgpack")}
-        assert files == make()
+        paths = (*FOLDER.glob("*.msgpack"), *FOLDER.glob("*.bytes"))
+        assert {path.name: path.read_bytes() for path in paths} == make()
 
     def test_there_is_one_for_every_kind_of_message(self) -> None:
         """No message is without an example."""

@@ -10,17 +10,24 @@ from crcolony.body.contract import ACTION, OBSERVATION
 from crcolony.evolution.genotype import Gene, Schema
 from crcolony.protocol.codec import Message
 from crcolony.protocol.encounters import MatingLimits
+from crcolony.protocol.identity import arena_id
 from crcolony.protocol.roster import Member, Role
 from crcolony.protocol.signed_envelope import SignedEnvelope
+from tests.support import gene_table
 from tests.support.paths import ROOT
 from tests.support.transition_recorder import format_table
 from tests.support.wire_decoders import VECTORS
 from tests.vectors.make import (
+    ARENA_EXCHANGE,
+    ARENA_IDENTITY,
     BODIES,
     ENCOUNTER,
     EVENTS,
+    EXCHANGE,
     FOLDER,
     INITIATOR,
+    LINK,
+    LINK_KEYS,
     MATING_MESSAGES,
     RESPONDER,
     TELEMETRY,
@@ -82,6 +89,13 @@ def test_its_example_of_a_schema_is_right() -> None:
         assert f"`{gene.name} {gene.low!r} {gene.high!r}`" in TEXT
 
 
+def test_it_contains_the_genes_of_the_default_species() -> None:
+    """Print the table with `python -m tests.support.gene_table`."""
+    assert f"\n{gene_table.format_table()}\n" in TEXT
+    assert f"{len(gene_table.DEFAULT_SCHEMA)} genes; the digest" in TEXT
+    assert f"`{gene_table.DEFAULT_SCHEMA.digest}`" in TEXT
+
+
 def test_every_test_and_file_that_it_names_exists() -> None:
     """No promise is without its test."""
     sources = "".join(path.read_text() for path in Path(__file__).parent.glob("test_*.py"))
@@ -104,8 +118,25 @@ def test_the_description_of_the_vectors_names_the_keys_that_sign_them() -> None:
     assert VECTORS["commit"].hex() in compact
 
 
+def test_the_description_of_the_vectors_names_the_secrets_and_keys_of_a_link() -> None:
+    """Other implementations can check each step from the exchange to the codes."""
+    text = (FOLDER / "README.md").read_text()
+    public = (EXCHANGE.public, ARENA_EXCHANGE.public, ARENA_IDENTITY.public_key)
+    named = (
+        *public,
+        arena_id(ARENA_IDENTITY.public_key),
+        LINK_KEYS.observations,
+        LINK_KEYS.actions,
+    )
+    codes = (LINK["link_observation.bytes"][-16:], LINK["link_action.bytes"][-16:])
+    for value in (*named, *codes):
+        assert value.hex() in text
+
+
 def test_the_description_of_the_vectors_names_every_file() -> None:
     """An event's file is named by its event."""
     text = (FOLDER / "README.md").read_text()
+    for name in LINK:
+        assert f"`{name}`" in text
     for name in VECTORS:
         assert f"`{name}.msgpack`" in text or name.startswith("event_"), name

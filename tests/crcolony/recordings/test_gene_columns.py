@@ -28,7 +28,7 @@ SHARED = tuple(TABLES["births"]).index("genes")
 
 
 def metadata(settings: str = SETTINGS) -> RobotMetadataSample:
-    metadata = RobotMetadata(ME, 3, settings, [])
+    metadata = RobotMetadata(ME, 3, settings, [], "")
     return RobotMetadataSample(colony="blue", metadata=metadata, unix_ms=7, size_bytes=0)
 
 

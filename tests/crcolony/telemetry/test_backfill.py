@@ -31,7 +31,7 @@ def test_missing_events_are_requested(monitor: FedMonitor) -> None:
     monitor.online(3)
     assert monitor.requests() == [(COLONY.metadata(ME), None)]
     assert monitor.requests() == []
-    monitor.metadata(RobotMetadata(ME, 3, "{}", [PEER]))
+    monitor.metadata(RobotMetadata(ME, 3, "{}", [PEER], ""))
     assert monitor.requests() == [(COLONY.history(ME), HistoryRequest(3, 2))]
     assert monitor.requests() == []
     assert monitor.history(1, [message(seq) for seq in range(2, 66)]) == [*range(2, 66)]
@@ -108,7 +108,7 @@ def test_metadata_is_requested_again_in_turn() -> None:
         for k in range(20):
             for key, _ in monitor.requests(from_s + k):
                 robot = bytes.fromhex(key.rpartition("/")[2])
-                monitor.metadata(RobotMetadata(robot, 3, "{}", []))
+                monitor.metadata(RobotMetadata(robot, 3, "{}", [], ""))
                 keys.append(key)
         return keys
 

@@ -124,10 +124,10 @@ class TestMetadata:
 
     def test_the_metadata_of_the_present_incarnation_is_kept(self, monitor: FedMonitor) -> None:
         """That of an older one is counted as stale."""
-        metadata = RobotMetadata(ME, 3, '{"body":{}}', [PEER])
+        metadata = RobotMetadata(ME, 3, '{"body":{}}', [PEER], "")
         monitor.online(3)
         monitor.metadata(metadata)
-        monitor.metadata(RobotMetadata(ME, 2, "{}", []))
+        monitor.metadata(RobotMetadata(ME, 2, "{}", [], ""))
         assert monitor.robots[ME].metadata == metadata
         assert monitor.stale == 1
 

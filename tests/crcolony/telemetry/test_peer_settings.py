@@ -12,7 +12,7 @@ from tests.support.fake_telemetry import IDS, NATURE, SETTINGS
 
 
 def robot(text: str) -> RobotMetadata:
-    return RobotMetadata(IDS[0], 3, text, [])
+    return RobotMetadata(IDS[0], 3, text, [], "")
 
 
 def arena(text: str) -> ArenaMetadata:
@@ -61,7 +61,7 @@ def test_settings_are_decoded_once() -> None:
     settings = PeerSettings()
     first = settings.of_robot(robot(SETTINGS))
     assert settings.of_arena(arena(SETTINGS)) == CyberRodent()
-    assert settings.of_robot(RobotMetadata(IDS[1], 4, SETTINGS, [])) is first
+    assert settings.of_robot(RobotMetadata(IDS[1], 4, SETTINGS, [], "")) is first
 
 
 def test_the_cache_is_bounded() -> None:

@@ -42,7 +42,7 @@ def size(message: Message) -> int:
 
 def test_every_kind_of_sample_is_parsed() -> None:
     """With the colony that its key names, and its time and size."""
-    of_robot, of_arena = RobotMetadata(ME, 3, "{}", [PEER]), ArenaMetadata("lab", 7, "{}")
+    of_robot, of_arena = RobotMetadata(ME, 3, "{}", [PEER], ""), ArenaMetadata("lab", 7, "{}")
     robot_token, arena_token = RobotToken("blue", ME, 3, "a"), ArenaToken("lab", 7, "a")
     assert isinstance(A_SCENE, Scene)
     expected: list[TelemetrySample] = [
@@ -104,12 +104,12 @@ def test_a_reply_is_empty_if_it_holds_nothing_at_all(events: list[bytes], is_emp
         ("scene", ArenaKeys("other").scene, A_SCENE),
         ("history", COLONY.history(ME), b"noise"),
         ("history", COLONY.event(ME), HistoryReply(3, 1, [])),
-        ("metadata", COLONY.metadata(PEER), RobotMetadata(ME, 3, "{}", [])),
-        ("metadata", COLONY.metadata(ME), RobotMetadata(ME, 3, "[1]", [])),
-        ("metadata", COLONY.metadata(ME), RobotMetadata(ME, 3, "[" * 8000, [])),
+        ("metadata", COLONY.metadata(PEER), RobotMetadata(ME, 3, "{}", [], "")),
+        ("metadata", COLONY.metadata(ME), RobotMetadata(ME, 3, "[1]", [], "")),
+        ("metadata", COLONY.metadata(ME), RobotMetadata(ME, 3, "[" * 8000, [], "")),
         ("metadata", ARENA.metadata, ArenaMetadata("other", 7, "{}")),
         ("metadata", ARENA.metadata, ArenaMetadata("lab", 7, "nothing")),
-        ("metadata", ARENA.metadata, RobotMetadata(ME, 3, "{}", [])),
+        ("metadata", ARENA.metadata, RobotMetadata(ME, 3, "{}", [], "")),
     ],
 )
 def test_malformed_keys_and_payloads_are_refused(

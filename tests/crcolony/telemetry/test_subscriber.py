@@ -93,7 +93,7 @@ def replying_robot(session: zenoh.Session) -> Iterator[list[HistoryRequest]]:
         query.reply(query.key_expr, encode(HistoryReply(3, 1, events)))
 
     def on_metadata(query: zenoh.Query) -> None:
-        query.reply(query.key_expr, encode(RobotMetadata(ME, 3, "{}", [])))
+        query.reply(query.key_expr, encode(RobotMetadata(ME, 3, "{}", [], "")))
 
     entities = [
         session.declare_queryable(KEYS.history(ME), on_history),

@@ -1,0 +1,1 @@
+"""A robot written from PROTOCOL.md alone: nothing here imports anything of the colony."""

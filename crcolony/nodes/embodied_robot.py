@@ -200,7 +200,8 @@ class EmbodiedRobot:
 
     def _handle_arena_metadata(self, data: bytes, arena_run: int) -> None:
         try:
-            changes = self._arena_changes.handle_metadata(data, arena_run)
+            content = self._body.open_telemetry(data)
+            changes = self._arena_changes.handle_metadata(content, arena_run)
         except WireError as error:
             self.report_fault(f"arena {self._arena}: malformed metadata: {error}")
         else:
@@ -284,7 +285,7 @@ class EmbodiedRobot:
 
     def _handle_scene(self, now_s: float, data: bytes) -> None:
         try:
-            scene = decode_scene(data)
+            scene = decode_scene(self._body.open_telemetry(data))
         except WireError as error:
             self.node.report_fault(f"malformed scene: {error}")
             return

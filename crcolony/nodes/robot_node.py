@@ -61,7 +61,7 @@ class RobotNode:
         self.peers = PeerTable(self.id, self.incarnation)
         self._batch, self._store = batch, resources.store
         self.telemetry = TelemetryPublisher(
-            self.id, self.incarnation, resources.transport, resources.unix_s, resources.on_event
+            member, resources.transport, resources.unix_s, resources.on_event
         )
         self._limits = limits or MatingLimits()
         self._captures_before = 0

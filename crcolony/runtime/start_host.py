@@ -88,11 +88,8 @@ def run_host(options: HostOptions, opened_folder: ColonyFolder, service: Service
         if connection is None:
             return
         session = connection.session
-        report_line = service.reporting(print_line)
-        with (
-            starting_arena(session, options.arena, key, report_line) as report,
-            stop.interruptible(),
-        ):
+        starting = starting_arena(session, options.arena, key, service.reporting(print_line))
+        with starting as report, stop.interruptible():
             compile_world(config, report)
             _compile_step(config, ids[0], report)
         if stop():

@@ -13,6 +13,7 @@ from crcolony.protocol.body_messages import Join, decode_action
 from crcolony.protocol.body_requests import Request
 from crcolony.protocol.codec import WireError, encode
 from crcolony.protocol.identity import Identity, RobotId
+from crcolony.protocol.signed_telemetry import purpose_of_arena, sign_telemetry
 from crcolony.protocol.token_set import TokenTable
 from crcolony.rate_limit import TokenBucket
 from crcolony.transport.interface import (
@@ -52,6 +53,7 @@ class BodyServer:
             print_line,
             name,
         )
+        self._identity = identity
         self._links = BodyLinks(name, bodies.arena_run, identity, draw)
         self._line_limit = TokenBucket(_MAX_LINES_PER_S)
         self._reply_limit = TokenBucket(_MAX_REPLIES_PER_S)
@@ -128,7 +130,8 @@ class BodyServer:
         if payload:
             self._bodies.counts["malformed"] += 1
         elif self._reply_limit.allow(now_s):
-            reply(encode(self._bodies.metadata(self._name)))
+            metadata = encode(self._bodies.metadata(self._name))
+            reply(sign_telemetry(metadata, purpose_of_arena(self._name), self._identity))
         else:
             self._bodies.counts["too many"] += 1
 

@@ -26,6 +26,7 @@ from crcolony.protocol.mating_messages import (
     Refuse,
     sender_of,
 )
+from crcolony.protocol.signed_telemetry import open_telemetry
 from crcolony.protocol.telemetry_messages import (
     EncounterOutcome,
     decode_activity,
@@ -123,13 +124,13 @@ class InvariantChecker:
         if kind == "envelope":
             self._check_envelope(robot, data)
         elif kind == "event":
-            event = decode_event(data).event
+            event = decode_event(open_telemetry(data).content).event
             if isinstance(event, EncounterOutcome):
                 self.counts[event.outcome] += 1
         elif kind == "state":
-            decode_state(data)  # raises for an energy outside 0 to 1
+            decode_state(open_telemetry(data).content)  # raises for an energy outside 0 to 1
         else:
-            decode_activity(data)
+            decode_activity(open_telemetry(data).content)
 
     def _check_envelope(self, robot: RobotId, data: bytes) -> None:
         _, message = open_envelope(data)

@@ -9,6 +9,7 @@ from crcolony.fault_simulation.simulated_network import ARENA, Schedule, Simulat
 from crcolony.nodes.arena_node import ArenaNode
 from crcolony.protocol.codec import encode
 from crcolony.protocol.identity import SEED_BYTES, Identity
+from crcolony.protocol.signed_telemetry import purpose_of_arena, sign_telemetry
 from crcolony.transport.interface import (
     ArenaOffline,
     ArenaOnline,
@@ -74,7 +75,11 @@ class SimulatedArena:
             if observation is not None:
                 self._network.post((ARENA, robot), ObservationReceived(robot, observation))
         if self._network.scene_subscribers:
-            scene = encode(node.scene("arena", self.ticks, unix_ms=0))
+            scene = sign_telemetry(
+                encode(node.scene("arena", self.ticks, unix_ms=0)),
+                purpose_of_arena("arena"),
+                self._identity,
+            )
             for robot in sorted(self._network.scene_subscribers):
                 self._network.post((ARENA, robot), SceneReceived(scene))
         self._server.remove_absent(self._schedule.now_s)

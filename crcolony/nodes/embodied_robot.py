@@ -200,12 +200,11 @@ class EmbodiedRobot:
 
     def _handle_arena_metadata(self, data: bytes, arena_run: int) -> None:
         try:
-            changes = self._arena_changes.handle_metadata(data, arena_run)
+            metadata = self._body.open_telemetry(data)
+            if changes := self._arena_changes.handle_metadata(metadata, arena_run):
+                self._process.print_line(changes)
         except WireError as error:
             self.report_fault(f"arena {self._arena}: malformed metadata: {error}")
-        else:
-            if changes is not None:
-                self._process.print_line(changes)
 
     def _lose_body(self, now_s: float) -> None:
         self._process.print_line(self._waiting.handle_loss())
@@ -284,7 +283,7 @@ class EmbodiedRobot:
 
     def _handle_scene(self, now_s: float, data: bytes) -> None:
         try:
-            scene = decode_scene(data)
+            scene = decode_scene(self._body.open_telemetry(data))
         except WireError as error:
             self.node.report_fault(f"malformed scene: {error}")
             return

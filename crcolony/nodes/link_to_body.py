@@ -21,8 +21,9 @@ from crcolony.protocol.body_messages import (
 )
 from crcolony.protocol.body_requests import PendingRequest, sign_request
 from crcolony.protocol.codec import WireError, encode
-from crcolony.protocol.identity import ArenaId
+from crcolony.protocol.identity import ArenaId, arena_id
 from crcolony.protocol.link_keys import EXCHANGE_KEY_BYTES, ExchangeKey, LinkKeys, open_sealed, seal
+from crcolony.protocol.signed_telemetry import open_telemetry, purpose_of_arena
 
 _MAX_RUNS = 100
 """Runs of the arena that are known at a time: anybody may declare a token."""
@@ -60,6 +61,7 @@ class LinkToBody:
         self._pending: PendingRequest | None = None
         self._count = 0
         self._keys = LinkKeys(b"", b"")
+        self._arena_id: ArenaId = b""
 
     @property
     def is_in_lockstep(self) -> bool:
@@ -147,7 +149,7 @@ class LinkToBody:
             if self.lease is None or self.lease.arena_run != run:
                 self.tick = -1
             self.tick = min(self.tick, reply.message.tick)
-            self.lease, self._keys = reply.message, reply.keys
+            self.lease, self._keys, self._arena_id = reply.message, reply.keys, reply.arena
         return reply.message
 
     def _refuse(self, run: int, arena: ArenaId) -> None:
@@ -181,6 +183,15 @@ class LinkToBody:
         except ValueError as error:
             raise WireError(str(error)) from None
         return observation, row
+
+    def open_telemetry(self, data: bytes) -> bytes:
+        """Return what the arena told all that listen; raises WireError if another one said it, or nobody signed it."""
+        telemetry = open_telemetry(data)
+        if arena_id(telemetry.key) != self._arena_id:
+            raise WireError("of another arena than the one that has the body")
+        if not telemetry.is_valid(purpose_of_arena(self._arena)):
+            raise WireError("its signature is not valid")
+        return telemetry.content
 
     def seal_action(self, action: FloatArray) -> bytes:
         """Return the action for the last observation, with its code."""

@@ -60,9 +60,7 @@ class RobotNode:
         """Time between the last two observations"""
         self.peers = PeerTable(self.id, self.incarnation)
         self._batch, self._store = batch, resources.store
-        self.telemetry = TelemetryPublisher(
-            self.id, self.incarnation, robot.subpopulation.schema.text, resources
-        )
+        self.telemetry = TelemetryPublisher(member, robot.subpopulation.schema.text, resources)
         self._limits = limits or MatingLimits()
         self._captures_before = 0
         """Batteries captured in generations that have ended"""

@@ -22,16 +22,17 @@ class SignedEnvelope(msgspec.Struct, frozen=True, array_like=True, forbid_unknow
 
 def sign_content(content: bytes, purpose: str, sender: Identity) -> bytes:
     """Return the encoded envelope of an encoded message; it is valid for this purpose alone."""
-    signature = sender.sign(_signed(content, purpose))
+    signature = sender.sign(signed_text(content, purpose))
     return encode(SignedEnvelope(content, sender.public_key, signature))
 
 
 def is_valid(envelope: SignedEnvelope, purpose: str) -> bool:
     """Return whether the owner of the envelope's key signed it for this purpose."""
-    return is_signed(_signed(envelope.content, purpose), envelope.signature, envelope.key)
+    return is_signed(signed_text(envelope.content, purpose), envelope.signature, envelope.key)
 
 
-def _signed(content: bytes, purpose: str) -> bytes:
+def signed_text(content: bytes, purpose: str) -> bytes:
+    """Return what a signature covers: the purpose is a kind of message and a name, and the version is part of it."""
     kind, _, name = purpose.partition(" ")
     return b"crcolony %s %d %s\n" % (kind.encode(), VERSION, name.encode()) + content
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from crcolony.config import Config, ConfigError
+from crcolony.protocol.identity import Identity
 from crcolony.runtime.arena_key import arena_identity, format_arena_id
 from crcolony.runtime.console import format_clock, print_line
 from crcolony.runtime.service_notify import ServiceNotifier
@@ -59,7 +60,8 @@ def run_arena(
         from crcolony.runtime.simulated_bodies import SimulatedBodies
 
         new_arena(config, arena_run, wall_period_s is None, expect)  # refuses wrong settings
-        starting = starting_arena(connection.session, name, service.reporting(print_line))
+        identity = arena_identity(name, folder)
+        starting = starting_arena(connection.session, name, identity, service.reporting(print_line))
         with starting as report, stop.interruptible():
             compile_world(config, report)
         if stop():
@@ -71,7 +73,6 @@ def run_arena(
             if restore_arena(node, checkpoint):
                 print_line(f"resumes at tick {node.tick}")
         transport = ArenaTransport(connection.session, name, arena_run, inbox.deliver)
-        identity = arena_identity(name, folder)
         arena = NetworkedArena(node, name, identity, transport, checkpoint, print_line)
         if claimed is not None and claimed.is_new:
             arena.save()
@@ -118,10 +119,10 @@ def new_arena(config: Config, arena_run: int, lockstep: bool, expect: int) -> "A
 
 @contextlib.contextmanager
 def starting_arena(
-    session: Session, name: str, print_line: Callable[[str], None]
+    session: Session, name: str, identity: Identity, print_line: Callable[[str], None]
 ) -> Iterator[StartupReport]:
     """Report inside the context what a process does before its arena is online."""
-    publish = activity_of_arena(session, name)
+    publish = activity_of_arena(session, name, identity)
     with declared_as_observer(session), StartupReport(publish, print_line) as report:
         report.follow(lambda: Progress("starting"))
         yield report

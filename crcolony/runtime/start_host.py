@@ -70,6 +70,7 @@ def run_host(options: HostOptions, opened_folder: ColonyFolder, service: Service
     inbox = Inbox()
     arena_run = secrets.randbelow(2**62)
     arena = new_arena(config, arena_run, lockstep=False, expect=0)
+    key = arena_identity(options.arena, folder)
     folders = [opened_folder.prepare_robot(number) for number in range(options.count)]
     identities = [_load_identity(robot_folder) for robot_folder in folders]
     if warning := key_warning(folders[0] / KEY_FILE):
@@ -87,8 +88,8 @@ def run_host(options: HostOptions, opened_folder: ColonyFolder, service: Service
         if connection is None:
             return
         session = connection.session
-        report_line = service.reporting(print_line)
-        with starting_arena(session, options.arena, report_line) as report, stop.interruptible():
+        starting = starting_arena(session, options.arena, key, service.reporting(print_line))
+        with starting as report, stop.interruptible():
             compile_world(config, report)
             _compile_step(config, ids[0], report)
         if stop():
@@ -102,7 +103,7 @@ def run_host(options: HostOptions, opened_folder: ColonyFolder, service: Service
                 _new_node(identity, options.colony, number, robot, batch, store, robot_transport)
             )
         transport = ArenaTransport(session, options.arena, arena_run, inbox.deliver)
-        key, checkpoint = arena_identity(options.arena, folder), folder / ARENA_CHECKPOINT
+        checkpoint = folder / ARENA_CHECKPOINT
         networked = NetworkedArena(arena, options.arena, key, transport, checkpoint, print_line)
         hosted = HostedRobots(nodes, batch, parameters, robot_transport)
         process = HostProcess(networked, hosted, inbox, connection, print_line)

@@ -5,6 +5,7 @@ A robot never imports the simulated world, which would take longer than all the 
 
 import contextlib
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -13,7 +14,15 @@ from crcolony.config import Config
 from crcolony.evolution.founders import Founders
 from crcolony.nodes.node_inputs import ColonyMember, EmbodimentOptions, NodeResources
 from crcolony.nodes.robot_node import RobotNode
-from crcolony.protocol.identity import AllowList, RobotId, create_key, key_warning, load_key
+from crcolony.protocol.identity import (
+    AllowList,
+    Identity,
+    RobotId,
+    create_key,
+    key_warning,
+    load_key,
+)
+from crcolony.protocol.signed_telemetry import purpose_of_robot, sign_telemetry
 from crcolony.results.colony_folder import begin_robot_folder
 from crcolony.robot.factory import make_robots, numbered_streams, own_streams
 from crcolony.robot.genes import agent_schema
@@ -97,7 +106,7 @@ def run_robot(options: RobotOptions, service: ServiceNotifier) -> None:
         session = connection.session
         transport = RobotTransport(session, options.colony, options.arena, inbox.deliver)
         connection.add_user(transport)
-        publish = partial(transport.publish_telemetry, identity.id, "activity")
+        publish = _signed_activity(transport, identity, options.colony)
         report = StartupReport(publish, service.reporting(print_line))
         with declared_as_observer(session), report, stop.interruptible():
             warm_up(config, report)
@@ -119,6 +128,19 @@ def run_robot(options: RobotOptions, service: ServiceNotifier) -> None:
         service.say_ready(f"robot {identity.id.hex()}")
         process.run(service.watching(stop))
         print_line(f"saved in generation {robot.generation}, after {node.matings} matings")
+
+
+def _signed_activity(
+    transport: RobotTransport, identity: Identity, colony: str
+) -> Callable[[bytes], None]:
+    """Return a function that signs and publishes what a robot does before it has a node."""
+    purpose = purpose_of_robot(colony)
+
+    def publish(activity: bytes) -> None:
+        signed = sign_telemetry(activity, purpose, identity)
+        transport.publish_telemetry(identity.id, "activity", signed)
+
+    return publish
 
 
 def _founders_of(options: RobotOptions, robot: RobotId) -> Founders | None:

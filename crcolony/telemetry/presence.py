@@ -51,14 +51,12 @@ class PresenceTable:
         return status
 
     def start_incarnation(self, status: RobotStatus, incarnation: int) -> list[StatusChange]:
-        """Start a newer incarnation of a robot, which a token or telemetry names; return what has changed.
+        """Start a newer incarnation of a robot, which its signed telemetry names; return what has changed.
 
-        Of a robot that is online, an incarnation without a token is ignored: a robot declares its token before it
-        publishes, and one forged message of a future incarnation would make all messages of the present one stale.
+        What a token names does not count: anybody can declare one, and a false one of a future incarnation would make
+        all messages of the present one stale.
         """
-        if incarnation <= status.incarnation or (
-            status.tokens.is_online and incarnation > max(status.tokens)[0]
-        ):
+        if incarnation <= status.incarnation:
             return []
         is_first = status.incarnation < 0
         status.start_incarnation(incarnation)
@@ -101,11 +99,9 @@ class PresenceTable:
         has_joined = status.tokens.add((token.incarnation, token.session))
         status.colony = token.colony
         self._robots.mark_present(token.robot)
-        changes: list[StatusChange] = [RobotJoined(token.robot)] if has_joined else []
-        changes += self.start_incarnation(status, token.incarnation)
         if status.metadata is None or status.metadata.incarnation != status.incarnation:
             self._backfill.request_metadata(token.robot)
-        return changes
+        return [RobotJoined(token.robot)] if has_joined else []
 
     def _handle_arena_online(self, token: ArenaToken, unix_s: float) -> list[StatusChange]:
         status = self.get_arena(token.arena, unix_s)

@@ -10,8 +10,10 @@ from zenoh.handlers import Callback
 from crcolony.protocol import key_expressions
 from crcolony.protocol.codec import MAX_BODY_MESSAGE_BYTES, MAX_ENVELOPE_BYTES, MAX_SCENE_BYTES
 from crcolony.protocol.key_expressions import ColonyKeys
+from crcolony.protocol.signed_telemetry import TRAILER_BYTES
 from crcolony.telemetry.backfill import REPLY_TIMEOUT_S, BackfillRequest
 from crcolony.telemetry.colony_monitor import ColonyMonitor
+from crcolony.telemetry.sample_verifier import SampleVerifier
 from crcolony.telemetry.samples import RawSample, SampleKind, parse_sample
 from crcolony.telemetry.status_changes import StatusChange
 from crcolony.transport.bounded_queue import BoundedQueue
@@ -32,15 +34,15 @@ _MAX_PAYLOAD_BYTES: dict[SampleKind, int] = {
     "history": 2 * MAX_ENVELOPE_BYTES,
     "metadata": MAX_ENVELOPE_BYTES,
 }
-"""A longer payload is no message: it is replaced by an empty one, which is malformed."""
+"""Without the signature. A longer payload is no message: it is replaced by an empty one, which nobody signed."""
 
 
 class TelemetrySubscriber:
     """Subscribes to the telemetry of one colony, or of all; its `monitor` handles what has arrived at every `poll`.
 
     With `sends_requests` it requests missed events, the last `history` events before it subscribed, and metadata.
-    `on_raw_sample` is called with every sample. Zenoh's threads only enqueue: samples are parsed and handled on the
-    thread that calls `poll`.
+    `on_raw_sample` is called with every sample that is believed (`sample_verifier.py`), without its signature. Zenoh's
+    threads only enqueue: samples are parsed and handled on the thread that calls `poll`.
     """
 
     def __init__(
@@ -55,6 +57,7 @@ class TelemetrySubscriber:
         self.monitor = ColonyMonitor(colony, history=history)
         self._keys, self._sends_requests = ColonyKeys(colony), sends_requests
         self._on_raw_sample = on_raw_sample
+        self._verifier = SampleVerifier()
         self._queue = BoundedQueue[RawSample](_MAX_SAMPLES, _MAX_BYTES)
         self._followers = [
             LivelinessFollower(session, key, self._on_token)
@@ -84,16 +87,21 @@ class TelemetrySubscriber:
 
     @property
     def dropped(self) -> int:
-        """How many samples were dropped because too many waited."""
-        return self._queue.dropped
+        """How many samples were dropped because too many waited, or too many were to be verified."""
+        return self._queue.dropped + self._verifier.skipped
+
+    @property
+    def refused(self) -> int:
+        """How many samples were refused since nobody signed them who may say this."""
+        return self._verifier.refused
 
     def poll(self) -> list[StatusChange]:
         """Handle what has arrived since the last call, and send the requests that are due; return the changes."""
         changes: list[StatusChange] = []
-        for raw in self._queue.get_all():
+        unix_s = time.time()
+        for raw in self._verifier.open_all(time.monotonic(), self._queue.get_all()):
             self._on_raw_sample(raw)
             changes += self.monitor.handle_sample(parse_sample(raw))
-        unix_s = time.time()
         self.monitor.handle_timeouts(unix_s)
         if self._sends_requests:
             for request in self.monitor.due_requests(unix_s):
@@ -123,7 +131,7 @@ class TelemetrySubscriber:
         )
 
     def _enqueue_sample(self, kind: SampleKind, sample: zenoh.Sample) -> None:
-        is_short = len(sample.payload) <= _MAX_PAYLOAD_BYTES.get(kind, 0)
+        is_short = len(sample.payload) <= _MAX_PAYLOAD_BYTES[kind] + TRAILER_BYTES
         payload = sample.payload.to_bytes() if is_short else b""
         self._enqueue(kind, str(sample.key_expr), payload)
 

@@ -7,8 +7,9 @@ import zenoh
 
 from crcolony.protocol import key_expressions
 from crcolony.protocol.codec import MAX_BODY_MESSAGE_BYTES
-from crcolony.protocol.identity import RobotId
+from crcolony.protocol.identity import Identity, RobotId
 from crcolony.protocol.key_expressions import ArenaKeys
+from crcolony.protocol.signed_telemetry import purpose_of_arena, sign_telemetry
 from crcolony.transport.interface import ActionReceived, Deliver, QueryReceived
 from crcolony.transport.liveliness_follower import LivelinessFollower
 from crcolony.transport.zenoh_samples import (
@@ -22,10 +23,13 @@ from crcolony.transport.zenoh_samples import (
 )
 
 
-def activity_of_arena(session: zenoh.Session, arena: str) -> Callable[[bytes], None]:
-    """Return a function that publishes what an arena does before it is online."""
+def activity_of_arena(
+    session: zenoh.Session, arena: str, identity: Identity
+) -> Callable[[bytes], None]:
+    """Return a function that signs and publishes what an arena does before it is online."""
     publisher = declare_publisher(session, ArenaKeys(arena).activity)
-    return publisher.put
+    purpose = purpose_of_arena(arena)
+    return lambda activity: publisher.put(sign_telemetry(activity, purpose, identity))
 
 
 class ArenaTransport:

@@ -21,7 +21,8 @@ from crcolony.telemetry.samples import RawSample, SampleKind, parse_sample
 from crcolony.telemetry.status_changes import EventReceived, StatusChange
 from tests.vectors.make import TELEMETRY
 
-IDS = [seeded("test", 1, number).id for number in range(100)]
+KEYS = [seeded("test", 1, number) for number in range(100)]
+IDS = [key.id for key in KEYS]
 ME, PEER = IDS[:2]
 COLONY, ARENA = ColonyKeys("blue"), ArenaKeys("lab")
 T = 1_000.0

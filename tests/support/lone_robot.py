@@ -32,13 +32,19 @@ from crcolony.protocol.body_messages import (
 )
 from crcolony.protocol.body_requests import Request, open_request, sign_reply
 from crcolony.protocol.codec import encode
-from crcolony.protocol.identity import RobotId, seeded
+from crcolony.protocol.identity import Identity, RobotId, seeded
 from crcolony.protocol.link_keys import CODE_BYTES
+from crcolony.protocol.signed_telemetry import (
+    open_telemetry,
+    purpose_of_arena,
+    sign_telemetry,
+)
 from crcolony.protocol.telemetry_messages import RobotEvent, Scene, SceneRobot
 from crcolony.robot.factory import make_robots, own_streams
 from crcolony.robot.state import SLICE_OVER
 from crcolony.storage.store import RobotStore
 from crcolony.transport.interface import (
+    ArenaMetadataReceived,
     ArenaOffline,
     ArenaOnline,
     JoinReplyReceived,
@@ -80,7 +86,7 @@ class RecordingTransport:
         self.actions.append(decode_action(action[:-CODE_BYTES]))
 
     def publish_telemetry(self, robot: RobotId, topic: TelemetryTopic, data: bytes) -> None:
-        self.telemetry.append((topic, data))
+        self.telemetry.append((topic, open_telemetry(data).content))
 
     def subscribe_scene(self, is_needed: bool) -> None:
         self.is_scene_needed = is_needed
@@ -171,13 +177,21 @@ class LoneRobot:
 
     def deliver_scene(self, now_s: float, is_lit: bool) -> None:
         """Deliver a scene with the body of `PEER`, with its lamp on or off."""
-        self.robot.handle_event(now_s, SceneReceived(encode(scene_of(PEER.id, is_lit))))
+        scene = sign_telemetry(
+            encode(scene_of(PEER.id, is_lit)), purpose_of_arena("here"), ARENA_KEY
+        )
+        self.robot.handle_event(now_s, SceneReceived(scene))
+
+    def deliver_metadata(self, now_s: float, metadata: bytes, arena: Identity = ARENA_KEY) -> None:
+        """Deliver its arena's reply about its settings, signed by an arena."""
+        signed = sign_telemetry(metadata, purpose_of_arena("here"), arena)
+        self.robot.handle_event(now_s, ArenaMetadataReceived(signed))
 
     def query(self, topic: Literal["history", "metadata"], request: bytes) -> list[bytes]:
         """Return the replies to a query."""
         replies: list[bytes] = []
         self.robot.handle_event(0.0, QueryReceived(topic, ME.id, request, replies.append))
-        return replies
+        return [open_telemetry(reply).content for reply in replies]
 
     def set_captures(self, captures: Sequence[int]) -> None:
         """Set how many batteries each agent has captured in its lifetime."""

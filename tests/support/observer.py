@@ -17,6 +17,7 @@ import zenoh
 from crcolony.protocol import key_expressions
 from crcolony.protocol.codec import WireError
 from crcolony.protocol.key_expressions import ColonyKeys
+from crcolony.protocol.signed_telemetry import open_telemetry
 from crcolony.protocol.telemetry_messages import (
     EventMessage,
     RobotState,
@@ -94,11 +95,11 @@ class Observer:
 
     def _on_state(self, sample: zenoh.Sample) -> None:
         with contextlib.suppress(WireError):
-            state = decode_state(sample.payload.to_bytes())
+            state = decode_state(open_telemetry(sample.payload.to_bytes()).content)
             self.lines.put(StateReceived(time.monotonic(), state))
 
     def _on_event(self, sample: zenoh.Sample) -> None:
-        event = decode_event(sample.payload.to_bytes())
+        event = decode_event(open_telemetry(sample.payload.to_bytes()).content)
         self.lines.put(EventReceived(time.monotonic(), event))
 
 

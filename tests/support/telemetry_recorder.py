@@ -9,6 +9,7 @@ from zenoh.handlers import Callback
 
 from crcolony.protocol import key_expressions
 from crcolony.protocol.key_expressions import ColonyKeys
+from crcolony.protocol.signed_telemetry import open_telemetry
 from crcolony.protocol.telemetry_messages import (
     Exchanged,
     RobotState,
@@ -43,13 +44,17 @@ class TelemetryRecorder:
         ]
 
     def _on_scene(self, sample: zenoh.Sample) -> None:
-        self.scenes.append((time.time(), decode_scene(sample.payload.to_bytes())))
+        self.scenes.append(
+            (time.time(), decode_scene(open_telemetry(sample.payload.to_bytes()).content))
+        )
 
     def _on_state(self, sample: zenoh.Sample) -> None:
-        self.states.append((time.time(), decode_state(sample.payload.to_bytes())))
+        self.states.append(
+            (time.time(), decode_state(open_telemetry(sample.payload.to_bytes()).content))
+        )
 
     def _on_event(self, sample: zenoh.Sample) -> None:
-        message = decode_event(sample.payload.to_bytes())
+        message = decode_event(open_telemetry(sample.payload.to_bytes()).content)
         if isinstance(message.event, Exchanged):
             self.matings.append((time.time(), message.event))
 

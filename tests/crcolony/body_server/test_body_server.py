@@ -17,6 +17,7 @@ from crcolony.protocol.body_messages import (
 from crcolony.protocol.codec import encode
 from crcolony.protocol.identity import RobotId, seeded
 from crcolony.protocol.link_keys import seal
+from crcolony.protocol.signed_telemetry import open_telemetry, purpose_of_arena
 from crcolony.protocol.telemetry_messages import decode_arena_metadata
 from crcolony.transport.interface import ActionReceived, QueryReceived, RobotOffline, RobotOnline
 from crcolony.world.settings import ArenaSettings
@@ -153,7 +154,10 @@ def test_an_action_is_applied_to_the_body_of_its_robot(setup: Setup) -> None:
 def test_a_metadata_query_is_answered_with_the_settings(setup: Setup) -> None:
     """And with the name and the run of the arena; a query with a payload is malformed."""
     (reply,) = setup.query_metadata(10.0)
-    metadata = decode_arena_metadata(reply)
+    telemetry = open_telemetry(reply)
+    assert telemetry.key == ARENA_KEY.public_key
+    assert telemetry.is_valid(purpose_of_arena("lab"))
+    metadata = decode_arena_metadata(telemetry.content)
     assert (metadata.arena, metadata.arena_run) == ("lab", 7)
     settings = msgspec.json.decode(metadata.settings)
     assert set(settings) == {"arena", "body"}

@@ -19,7 +19,6 @@ from crcolony.protocol.codec import encode
 from crcolony.protocol.identity import seeded
 from crcolony.protocol.telemetry_messages import ArenaMetadata, decode_activity
 from crcolony.transport.interface import (
-    ArenaMetadataReceived,
     ArenaOffline,
     ArenaOnline,
     IncompatiblePeer,
@@ -144,15 +143,16 @@ class TestBody:
         assert [topic for topic, _ in lone.transport.telemetry].count("activity") == 120
 
     def test_settings_of_the_arena_that_have_changed_are_printed(self, lone: LoneRobot) -> None:
-        """After a restart of the arena, with both values; a malformed reply is a fault."""
+        """After a restart of the arena, with both values; a reply that is malformed, or not the arena's, is a fault."""
         for run, packs in ((ARENA_RUN, 8), (ARENA_RUN + 1, 12)):
             lone.grant_body(0.0, arena_run=run)
             metadata = encode(ArenaMetadata("here", run, f'{{"arena":{{"packs":{packs}}}}}'))
-            lone.robot.handle_event(0.1, ArenaMetadataReceived(metadata))
+            lone.deliver_metadata(0.1, metadata)
         assert lone.transport.metadata_requests == 2
         assert lone.lines[-1] == "arena here has other settings than before: arena.packs 8 → 12"
-        lone.robot.handle_event(0.2, ArenaMetadataReceived(b"noise"))
-        assert lone.node.telemetry.faults["arena here"] == 1
+        lone.deliver_metadata(0.2, b"noise")
+        lone.deliver_metadata(0.2, metadata, ME)
+        assert lone.node.telemetry.faults["arena here"] == 2
 
     def test_it_returns_its_body(self, lone: LoneRobot) -> None:
         """When it stops."""
@@ -178,6 +178,7 @@ class TestPeers:
 
     def test_it_reconnects_if_an_offline_robot_has_its_lamp_lit(self, lone: LoneRobot) -> None:
         """A dark lamp proves nothing; after a reconnection no peer is online yet."""
+        lone.grant_body(0.0)
         other = seeded(COLONY, 1, 3).id
         for robot in (PEER.id, other):
             lone.robot.handle_event(0.0, RobotOnline(robot, 1, "theirs"))

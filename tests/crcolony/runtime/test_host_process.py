@@ -11,6 +11,7 @@ from crcolony.nodes.node_inputs import ColonyMember, NodeResources
 from crcolony.nodes.robot_node import RobotNode
 from crcolony.protocol.body_messages import BodyGranted
 from crcolony.protocol.identity import RobotId, seeded
+from crcolony.protocol.signed_telemetry import open_telemetry
 from crcolony.protocol.telemetry_messages import (
     decode_arena_metadata,
     decode_robot_metadata,
@@ -153,15 +154,22 @@ def test_arena_and_robots_step_together(setup: Setup) -> None:
 def test_states_scenes_and_a_status_line_are_published(setup: Setup) -> None:
     """At the first step already."""
     setup.run(1)
-    assert [decode_state(data).robot for data in setup.transport.states] == HERE
-    assert len(decode_scene(setup.transport.scenes[0]).robots) == 3
+    assert [
+        decode_state(open_telemetry(data).content).robot for data in setup.transport.states
+    ] == HERE
+    assert len(decode_scene(open_telemetry(setup.transport.scenes[0]).content).robots) == 3
     assert setup.lines[0].startswith("tick 1: 3 robots here, 0 from other processes, generation 0")
 
 
 def test_queries_reach_the_robot_or_the_arena(setup: Setup) -> None:
     """A metadata query without a robot is the arena's."""
-    assert decode_arena_metadata(setup.query("metadata", b"")).arena == "lab"
-    assert decode_robot_metadata(setup.query("metadata", HERE[1])).robot == HERE[1]
+    assert (
+        decode_arena_metadata(open_telemetry(setup.query("metadata", b"")).content).arena == "lab"
+    )
+    assert (
+        decode_robot_metadata(open_telemetry(setup.query("metadata", HERE[1])).content).robot
+        == HERE[1]
+    )
 
 
 def test_robots_are_peers_of_each_other_and_never_lose_their_bodies(setup: Setup) -> None:

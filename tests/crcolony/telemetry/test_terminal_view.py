@@ -78,6 +78,7 @@ def test_a_robot_is_alive_silent_or_offline(monitor: FedMonitor) -> None:
 def test_restarts_are_counted(monitor: FedMonitor) -> None:
     """Behind the robot's presence."""
     monitor.online(4, ME, session="b")
+    monitor.state(state(incarnation=4))
     assert "(1 restarts)" in shown(monitor, T)[2]
 
 

@@ -99,13 +99,13 @@ def action_values(
     out: FloatArray,
 ) -> None:
     """Write to `out` (actions,) the values Q_s of a state with active `tiles` (N,) (eq. 2.23)."""
-    for action in range(out.shape[0]):
-        out[action] = 0.0
     for position in range(tiles.shape[0]):
-        tile = tiles[position]
-        apply_pending(weights, traces, totals, tile, rate)
-        for action in range(out.shape[0]):
-            out[action] += weights[tile, action]
+        apply_pending(weights, traces, totals, tiles[position], rate)
+    for action in range(out.shape[0]):
+        value = 0.0
+        for position in range(tiles.shape[0]):
+            value += weights[tiles[position], action]
+        out[action] = value
 
 
 @compiled

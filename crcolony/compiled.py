@@ -30,6 +30,10 @@ from crcolony.code_cache import find_folder, guard
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+AnyFloatArray = NDArray[np.floating[Any]]
+"""Weights: 64 bits where a single learner has them, 32 bits where many agents do."""
+RowArray = NDArray[np.signedinteger[Any]]
+"""Rows of a table, in as few bytes as they need."""
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")

@@ -29,22 +29,22 @@ class FeatureMap(Protocol):
 def tile_indices(
     state: FloatArray,
     low: FloatArray,
-    high: FloatArray,
+    tiles_per_unit: FloatArray,
     tiles: IntArray,
     offsets: FloatArray,
     out: IntArray,
 ) -> None:
     """Write to `out` (tilings,) the active tile of each tiling, in [0, tilings * prod(tiles + 1)).
 
-    `tiles` (d,) are the tiles along each axis of [low, high] (d,); tiling k is displaced by row k
-    of `offsets` (tilings, d), in fractions of a tile, so one tile more is needed to cover the
-    range. A state (d,) out of range counts as on the border.
+    `tiles` (d,) are the tiles along each axis from `low` (d,), with `tiles_per_unit` (d,); tiling k
+    is displaced by row k of `offsets` (tilings, d), in fractions of a tile, so one tile more is
+    needed to cover the range. A state (d,) out of range counts as on the border.
     """
     for tiling in range(out.shape[0]):
         out[tiling] = tiling
     for axis in range(tiles.shape[0]):
         count = tiles[axis]
-        position = (state[axis] - low[axis]) * (count / (high[axis] - low[axis]))
+        position = (state[axis] - low[axis]) * tiles_per_unit[axis]
         if not position > 0.0:  # NaN counts as on the border, too
             position = 0.0
         elif position > count:
@@ -105,6 +105,11 @@ class TileCoding:
         return self.active * int(np.prod(self.tiles + 1))
 
     @property
+    def tiles_per_unit(self) -> FloatArray:
+        """The tiles (d,) along a unit of each axis."""
+        return np.asarray(self.tiles / (self.high - self.low), dtype=np.float64)
+
+    @property
     def active(self) -> int:
         """The number N of tilings, and so of active tiles."""
         return int(self.offsets.shape[0])
@@ -117,7 +122,7 @@ class TileCoding:
         if state.shape != self.low.shape:
             raise ValueError(f"a state of shape {self.low.shape} is needed, got {state.shape}")
         indices = np.empty(self.active, dtype=np.int64)
-        tile_indices(state, self.low, self.high, self.tiles, self.offsets, indices)
+        tile_indices(state, self.low, self.tiles_per_unit, self.tiles, self.offsets, indices)
         return indices, np.ones(self.active)
 
 

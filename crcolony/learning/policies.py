@@ -57,6 +57,8 @@ def softmax(values: FloatArray, temperature: float, scratch: FloatArray, u: floa
     `temperature` >= 0; at 0, and in the limit, this is `greedy(values, u)` for every `u`.
     `scratch` (actions,) is overwritten.
     """
+    if temperature == 0.0:
+        return greedy(values, u)
     best = 0
     for action in range(1, values.shape[0]):
         if values[action] > values[best]:

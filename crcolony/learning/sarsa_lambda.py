@@ -10,7 +10,7 @@ and the value of a terminal state is 0.
 
 from typing import NamedTuple
 
-from crcolony.compiled import FloatArray, IntArray, compiled
+from crcolony.compiled import AnyFloatArray, FloatArray, IntArray, compiled
 from crcolony.learning.features import tile_indices
 from crcolony.learning.policies import NO_ACTION, softmax
 from crcolony.learning.traces import (
@@ -36,7 +36,7 @@ class Learner(NamedTuple):
     weights: FloatArray
     """(n, actions) Theta"""
     traces: FloatArray
-    """(n, 3) see `traces.py`"""
+    """(n, 4) see `traces.py`"""
     totals: FloatArray
     """(3,) see `traces.py`"""
     meta_parameters: FloatArray
@@ -47,8 +47,8 @@ class Learner(NamedTuple):
     """(actions,)"""
     low: FloatArray
     """(d,) lower corner of the box that the tilings cover"""
-    high: FloatArray
-    """(d,) upper corner"""
+    tiles_per_unit: FloatArray
+    """(d,) tiles along a unit of each axis"""
     offsets: FloatArray
     """(N, d) displacement of every tiling, in tiles"""
     traced_tiles: IntArray
@@ -63,9 +63,9 @@ class Learner(NamedTuple):
 
 @compiled
 def update_weights(
-    weights: FloatArray,
+    weights: AnyFloatArray,
     totals: FloatArray,
-    tiles: IntArray,
+    rows: IntArray,
     action: int,
     reward: float,
     gamma: float,
@@ -73,12 +73,12 @@ def update_weights(
 ) -> None:
     """delta <- r + gamma Q(s', a') - Q(s, a); Theta <- Theta + alpha / N delta e (eq. 2.25, 2.15).
 
-    `tiles` (N,) and `action` are those of the last `set_traces`, and `value_next` is Q(s', a'). The
+    `rows` (N,) of weights and `action` are those of the last `set_traces`, and `value_next` is Q(s', a'). The
     update of the weights stays pending until their tiles are active again (see `traces.py`).
     """
     delta = reward + gamma * value_next
-    for position in range(tiles.shape[0]):  # their traces were just set: no update is pending
-        delta -= weights[tiles[position], action]
+    for position in range(rows.shape[0]):  # their traces were just set: no update is pending
+        delta -= weights[rows[position], action]
     accumulate_error(totals, delta)
 
 
@@ -103,7 +103,13 @@ def learn_and_select(
     gamma = learner.meta_parameters[GAMMA]
     if terminal:
         update_weights(
-            learner.weights, learner.totals, learner.active_tiles, action, reward, gamma, 0.0
+            learner.weights,
+            learner.totals,
+            learner.active_tiles,
+            action,
+            reward,
+            gamma,
+            0.0,
         )
         _clear(learner)
         return NO_ACTION
@@ -127,7 +133,7 @@ def _select_action(learner: Learner, state: FloatArray, u: float) -> int:
     tile_indices(
         state,
         learner.low,
-        learner.high,
+        learner.tiles_per_unit,
         learner.tile_counts,
         learner.offsets,
         learner.next_tiles,
@@ -136,6 +142,7 @@ def _select_action(learner: Learner, state: FloatArray, u: float) -> int:
         learner.weights,
         learner.traces,
         learner.totals,
+        learner.next_tiles,
         learner.next_tiles,
         learner.meta_parameters[RATE],
         learner.values,
@@ -151,6 +158,7 @@ def _set_traces(learner: Learner, action: int) -> None:
         learner.traces,
         learner.traced_tiles,
         learner.totals,
+        learner.next_tiles,
         learner.next_tiles,
         action,
         learner.meta_parameters[GAMMA_LAMBDA],

@@ -30,26 +30,26 @@ def unpack(floats: FloatArray, integers: IntArray) -> Learner:
     in."""
     size, actions, tilings, dimensions = integers[0], integers[1], integers[2], integers[3]
     traces = size * actions
-    totals = traces + size * 3
+    totals = traces + size * 4
     meta_parameters = totals + 3
     values = meta_parameters + 4
     scratch = values + actions
     low = scratch + actions
-    high = low + dimensions
-    offsets = high + dimensions
+    tiles_per_unit = low + dimensions
+    offsets = tiles_per_unit + dimensions
     traced_tiles = _LAST_ACTION + 1
     active_tiles = traced_tiles + size
     next_tiles = active_tiles + tilings
     tile_counts = next_tiles + tilings
     return Learner(
         floats[:traces].reshape((size, actions)),
-        floats[traces:totals].reshape((size, 3)),
+        floats[traces:totals].reshape((size, 4)),
         floats[totals:meta_parameters],
         floats[meta_parameters:values],
         floats[values:scratch],
         floats[scratch:low],
-        floats[low:high],
-        floats[high:offsets],
+        floats[low:tiles_per_unit],
+        floats[tiles_per_unit:offsets],
         floats[offsets:].reshape((tilings, dimensions)),
         integers[traced_tiles:active_tiles],
         integers[active_tiles:next_tiles],
@@ -112,7 +112,7 @@ class SarsaLambda:
             raise ValueError(f"not negative: alpha {alpha} and temperature {temperature}")
         tilings, dimensions = coding.offsets.shape
         floats = np.zeros(
-            coding.size * (actions + 3) + 3 + 4 + 2 * actions + dimensions * (2 + tilings)
+            coding.size * (actions + 4) + 3 + 4 + 2 * actions + dimensions * (2 + tilings)
         )
         integers = np.zeros(_SIZES + 1 + coding.size + 2 * tilings + dimensions, dtype=np.int64)
         integers[:_SIZES] = coding.size, actions, tilings, dimensions
@@ -121,7 +121,7 @@ class SarsaLambda:
         self.learner.totals[:] = 1.0, 0.0, 0.0
         self.learner.meta_parameters[:] = alpha / tilings, gamma, gamma * lambda_, temperature
         self.learner.low[:] = coding.low
-        self.learner.high[:] = coding.high
+        self.learner.tiles_per_unit[:] = coding.tiles_per_unit
         self.learner.offsets[:] = coding.offsets
         self.learner.tile_counts[:] = coding.tiles
         self._coding = coding

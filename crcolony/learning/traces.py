@@ -19,16 +19,19 @@ ones, from `apply_pending` on, are tested against them.
 
 The arrays of one learner (n tiles):
 
-    weights       (n, actions)  Theta of Algorithm 2.2
-    traces        (n, 3)        ACTION, SCALE (0: the tile has no trace) and SUM of each tile
+    weights     (any, actions)  Theta of Algorithm 2.2
+    traces        (n, 4)        ACTION, SCALE (0: the tile has no trace), SUM and ROW of each tile
     traced_tiles  (n,)          the tiles that have a trace, in its first COUNT elements
     totals        (3,)          DECAY, ERRORS and COUNT; starts as (1, 0, 0)
+
+Where `tiles` (N,) are active, `rows` (N,) are the rows of `weights` that they have: a learner with a
+row for every tile passes its tiles.
 
 `rate` is alpha / N. Pending updates are applied at one rate: call `clear_traces` before changing
 it.
 """
 
-from crcolony.compiled import FloatArray, IntArray, compiled
+from crcolony.compiled import AnyFloatArray, FloatArray, IntArray, compiled
 
 
 def accumulate(
@@ -63,6 +66,8 @@ SCALE = 1
 """Column of `traces`: 1 / DECAY when the trace was set; 0 if the tile has no trace."""
 SUM = 2
 """Column of `traces`: ERRORS when the tile was last updated."""
+ROW = 3
+"""Column of `traces`: the row of `weights` that the tile has."""
 DECAY = 0
 """Element of `totals`: the running product of gamma lambda."""
 ERRORS = 1
@@ -79,42 +84,44 @@ MIN_TRACE = 1e-14
 
 @compiled
 def apply_pending(
-    weights: FloatArray, traces: FloatArray, totals: FloatArray, tile: int, rate: float
+    weights: AnyFloatArray, traces: FloatArray, totals: FloatArray, tile: int, row: int, rate: float
 ) -> None:
-    """Apply to the weights of `tile` the update that is pending for them (eq. 2.15)."""
+    """Apply to the weights of `tile`, in a row, the update that is pending for them (eq. 2.15)."""
     scale = traces[tile, SCALE]
     if scale != 0.0:
         pending = scale * (totals[ERRORS] - traces[tile, SUM])
-        weights[tile, int(traces[tile, ACTION])] += rate * pending
+        weights[row, int(traces[tile, ACTION])] += rate * pending
         traces[tile, SUM] = totals[ERRORS]
 
 
 @compiled
 def action_values(
-    weights: FloatArray,
+    weights: AnyFloatArray,
     traces: FloatArray,
     totals: FloatArray,
     tiles: IntArray,
+    rows: IntArray,
     rate: float,
     out: FloatArray,
 ) -> None:
     """Write to `out` (actions,) the values Q_s of a state with active `tiles` (N,) (eq. 2.23)."""
-    for action in range(out.shape[0]):
-        out[action] = 0.0
     for position in range(tiles.shape[0]):
-        tile = tiles[position]
-        apply_pending(weights, traces, totals, tile, rate)
-        for action in range(out.shape[0]):
-            out[action] += weights[tile, action]
+        apply_pending(weights, traces, totals, tiles[position], rows[position], rate)
+    for action in range(out.shape[0]):
+        value = 0.0
+        for position in range(rows.shape[0]):
+            value += weights[rows[position], action]
+        out[action] = value
 
 
 @compiled
 def set_traces(
-    weights: FloatArray,
+    weights: AnyFloatArray,
     traces: FloatArray,
     traced_tiles: IntArray,
     totals: FloatArray,
     tiles: IntArray,
+    rows: IntArray,
     action: int,
     gamma_lambda: float,
     rate: float,
@@ -126,15 +133,16 @@ def set_traces(
         renormalise(weights, traces, traced_tiles, totals, rate)
     scale = 1.0 / totals[DECAY]
     for position in range(tiles.shape[0]):
-        tile = tiles[position]
+        tile, row = tiles[position], rows[position]
         if traces[tile, SCALE] == 0.0:
             traced_tiles[int(totals[COUNT])] = tile
             totals[COUNT] += 1.0
         else:
-            apply_pending(weights, traces, totals, tile, rate)
+            apply_pending(weights, traces, totals, tile, row, rate)
         traces[tile, ACTION] = action
         traces[tile, SCALE] = scale
         traces[tile, SUM] = totals[ERRORS]
+        traces[tile, ROW] = row
 
 
 @compiled
@@ -145,14 +153,18 @@ def accumulate_error(totals: FloatArray, delta: float) -> None:
 
 @compiled
 def renormalise(
-    weights: FloatArray, traces: FloatArray, traced_tiles: IntArray, totals: FloatArray, rate: float
+    weights: AnyFloatArray,
+    traces: FloatArray,
+    traced_tiles: IntArray,
+    totals: FloatArray,
+    rate: float,
 ) -> None:
     """Apply all pending updates, scale DECAY back to 1, and clear traces that have faded to
     nothing."""
     kept = 0
     for position in range(int(totals[COUNT])):
         tile = traced_tiles[position]
-        apply_pending(weights, traces, totals, tile, rate)
+        apply_pending(weights, traces, totals, tile, int(traces[tile, ROW]), rate)
         trace = traces[tile, SCALE] * totals[DECAY]
         if trace < MIN_TRACE:
             traces[tile, SCALE] = 0.0
@@ -168,7 +180,11 @@ def renormalise(
 
 @compiled
 def clear_traces(
-    weights: FloatArray, traces: FloatArray, traced_tiles: IntArray, totals: FloatArray, rate: float
+    weights: AnyFloatArray,
+    traces: FloatArray,
+    traced_tiles: IntArray,
+    totals: FloatArray,
+    rate: float,
 ) -> None:
     """Apply all pending updates and clear all traces, as at the start of an episode: e <- 0."""
     totals[DECAY] = 0.0  # every trace has faded to nothing

@@ -26,7 +26,14 @@ from crcolony.robot.step import step_robot
 Step = Callable[[int, FloatArray, FloatArray], None]
 """Advances robot i of a batch by one control step: reads an observation, writes an action."""
 
-_POINTERS = {"float64": "float_pointer", "int64": "int_pointer", "uint64": "word_pointer"}
+_POINTERS = {
+    "float64": "float_pointer",
+    "float32": "single_pointer",
+    "int64": "int_pointer",
+    "int32": "long_row_pointer",
+    "int16": "row_pointer",
+    "uint64": "word_pointer",
+}
 """Names, in the generated source, of the functions that turn an address into a pointer."""
 _UNREACHABLE = ("numba_gil_ensure", "numba_gil_release", "NRT_MemInfo_call_dtor")
 """Functions of numba that the machine code would call if the step raised an exception, which it
@@ -219,6 +226,9 @@ def _pointers() -> dict[str, Any]:
         "int64": np.int64,
         "uint64": np.uint64,
         "float_pointer": pointer_to(types.float64, ir.DoubleType()),
+        "single_pointer": pointer_to(types.float32, ir.FloatType()),
         "int_pointer": pointer_to(types.int64, ir.IntType(64)),
+        "long_row_pointer": pointer_to(types.int32, ir.IntType(32)),
+        "row_pointer": pointer_to(types.int16, ir.IntType(16)),
         "word_pointer": pointer_to(types.uint64, ir.IntType(64)),
     }

@@ -13,6 +13,7 @@ from crcolony.robot.genes import module_genes, selector_inputs
 from crcolony.robot.modules import MODULES, LearningModule
 from crcolony.robot.settings import Learning, Life
 from crcolony.robot.state import Robots, StepParameters
+from crcolony.robot.weight_rows import no_rows
 
 
 def step_parameters(
@@ -44,7 +45,7 @@ def step_parameters(
             ]
         ),
         low=np.array([0.0, -half_angle_rad]),
-        high=np.array([range_m, half_angle_rad]),
+        tiles_per_unit=tile_counts / np.array([range_m, 2.0 * half_angle_rad]),
         tile_counts=tile_counts,
         tile_offsets=uniform_offsets(learning.tilings, 2),
         grid_tiles=learning.tilings * int(np.prod(tile_counts + 1)),
@@ -72,11 +73,11 @@ def _regarded_colours(module: LearningModule, learning: Learning) -> tuple[float
 def weight_bytes(
     count: int, learning: Learning, life: Life, modules: Sequence[LearningModule] = MODULES
 ) -> int:
-    """Return the bytes of the weights of all agents of `count` robots: nearly all the memory that
-    robots need."""
+    """Return the bytes of the weights of all agents of `count` robots, once they have visited every
+    tile: nearly all the memory that robots need."""
     tiles = learning.tilings * ((learning.distance_tiles + 1) * (learning.bearing_tiles + 1) + 2)
     actions = len(learning.speeds_m_s) * len(learning.turns_rad_s)
-    return 8 * count * life.agents * len(modules) * tiles * actions
+    return 4 * count * life.agents * len(modules) * tiles * actions
 
 
 def empty_robots(
@@ -110,13 +111,17 @@ def empty_robots(
         mating_energy_sum=np.zeros((count, agents)),
         steps_alive=np.zeros((count, agents), dtype=np.int64),
         energy_sum=np.zeros((count, agents)),
-        weights=np.zeros((count, agents, modules, tiles, actions)),
-        traces=np.zeros((count, tiles, 3)),
+        weights=np.zeros((count * agents * modules * tiles, actions), dtype=np.float32),
+        weight_rows=no_rows(count, agents, modules, tiles),
+        rows_used=np.zeros(count, dtype=np.int64),
+        traces=np.zeros((count, tiles, 4)),
         traced_tiles=np.zeros((count, tiles), dtype=np.int64),
         trace_totals=trace_totals,
         values=np.zeros(actions),
         scratch_softmax=np.zeros(actions),
         next_tiles=np.zeros(tilings, dtype=np.int64),
+        next_rows=np.zeros(tilings, dtype=np.int64),
+        state_rows=np.zeros(tilings, dtype=np.int64),
         scratch_state=np.zeros(2),
         scratch_distance=np.zeros(parameters.potential_distances_m.shape[0]),
         scratch_bearing=np.zeros(parameters.potential_bearings_rad.shape[0]),

@@ -21,8 +21,9 @@ from crcolony.robot.aot_step import Step, load_step
 from crcolony.robot.energy import conception_probability
 from crcolony.robot.settings import Life
 from crcolony.robot.state import ADDED, SCRATCH, Robots, StepParameters, with_present_names
+from crcolony.robot.weight_rows import SAVED_APART, forget, restore_weights, save_weights, with_rows
 
-_SAVED = tuple(name for name in Robots._fields if name not in SCRATCH)
+_SAVED = tuple(name for name in Robots._fields if name not in (*SCRATCH, *SAVED_APART))
 
 
 @dataclass(frozen=True)
@@ -172,7 +173,7 @@ class Robot:
             robots.energy_sum,
         ):
             field[row] = 0
-        robots.weights[row] = self._parameters.initial_weight
+        forget(robots, row)
 
     def _performance(self) -> FloatArray:
         """Return every agent's matings per step alive, which informed ways of time sharing use."""
@@ -183,8 +184,10 @@ class Robot:
     def save(self) -> dict[str, Any]:
         """Return all there is of the robot, as copies: arrays by field, its subpopulation, and its
         counters."""
+        robots, row = self._robots, self.row
+        arrays = {name: np.array(getattr(robots, name)[row]) for name in _SAVED}
         return {
-            "arrays": {name: np.array(getattr(self._robots, name)[self.row]) for name in _SAVED},
+            "arrays": arrays | save_weights(robots, row),
             "subpopulation": self.subpopulation.save(),
             "generation": self.generation,
         }
@@ -194,7 +197,8 @@ class Robot:
 
         Raises ValueError if a field does not fit.
         """
-        arrays = with_present_names(saved["arrays"])
+        arrays = with_rows(with_present_names(saved["arrays"]), self._parameters.initial_weight)
+        restore_weights(self._robots, self.row, arrays)
         for name in _SAVED:
             field = getattr(self._robots, name)
             if name in ADDED and name not in arrays:

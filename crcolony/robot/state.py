@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from crcolony.compiled import FloatArray, IntArray
+from crcolony.compiled import FloatArray, IntArray, RowArray
 
 
 class StepParameters(NamedTuple):
@@ -35,8 +35,8 @@ class StepParameters(NamedTuple):
     """(K, 2) left and right wheel speed of every action (m/s)"""
     low: FloatArray
     """(2,) lowest distance (m) and bearing (rad) that the tilings cover"""
-    high: FloatArray
-    """(2,) highest distance (m) and bearing (rad)"""
+    tiles_per_unit: FloatArray
+    """(2,) tiles a metre of distance and a radian of bearing"""
     tile_counts: IntArray
     """(2,) tiles along distance and bearing"""
     tile_offsets: FloatArray
@@ -108,10 +108,14 @@ class Robots(NamedTuple):
     """(N, A) control steps that the agent was alive and in control"""
     energy_sum: FloatArray
     """(N, A) sum of the agent's energy over these steps"""
-    weights: FloatArray
-    """(N, A, M, T, K) what the agents have learnt: Theta of Algorithm 2.2"""
+    weights: NDArray[np.float32]
+    """(N * A * M * T, K) what the agents have learnt: Theta of Algorithm 2.2; see `weight_rows.py`"""
+    weight_rows: RowArray
+    """(N, A, M, T) the row of each tile among the robot's own; -1: it was never visited"""
+    rows_used: IntArray
+    """(N,) rows that tiles of the robot have"""
     traces: FloatArray
-    """(N, T, 3) see `learning/traces.py`; cleared when module or agent change, so that one table
+    """(N, T, 4) see `learning/traces.py`; cleared when module or agent change, so that one table
     serves all"""
     traced_tiles: IntArray
     """(N, T) see `learning/traces.py`: the tiles that have a trace"""
@@ -123,6 +127,10 @@ class Robots(NamedTuple):
     """scratch (K,)"""
     next_tiles: IntArray
     """scratch (L,): active tiles of the present state"""
+    next_rows: IntArray
+    """scratch (L,): the rows of `weights` that they have"""
+    state_rows: IntArray
+    """scratch (L,): those that the active tiles of the last state have"""
     scratch_state: FloatArray
     """scratch (2,): distance and bearing of a target"""
     scratch_distance: FloatArray
@@ -137,6 +145,8 @@ SCRATCH = (
     "values",
     "scratch_softmax",
     "next_tiles",
+    "next_rows",
+    "state_rows",
     "scratch_state",
     "scratch_distance",
     "scratch_bearing",

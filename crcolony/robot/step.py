@@ -15,6 +15,7 @@ from crcolony.randomness import draw
 from crcolony.robot.energy import next_energy
 from crcolony.robot.genes import ALPHA, GAMMA, LAMBDA, POTENTIAL, TAU, TAU_DECAY
 from crcolony.robot.state import DIED, MET, SLICE_OVER, Robots, StepParameters
+from crcolony.robot.weight_rows import find_rows, give_rows
 
 
 @compiled
@@ -49,8 +50,7 @@ def step_robot(
 def step_robots(
     robots: Robots, parameters: StepParameters, observations: FloatArray, actions: FloatArray
 ) -> int:
-    """Advance all robots by one control step, rows (N, width) each; return the bits of all events
-    together."""
+    """Advance all robots by a control step, rows (N, width) each; return the bits of all events."""
     events = 0
     for i in range(robots.agent.shape[0]):
         step_robot(robots, parameters, i, observations[i], actions[i])
@@ -159,11 +159,12 @@ def _learn_and_select(
     if before == module:
         _learn(robots, parameters, i, agent, module, observation, potential, chosen)
     set_traces(
-        robots.weights[i, agent, module],
+        robots.weights,
         robots.traces[i],
         robots.traced_tiles[i],
         robots.trace_totals[i],
         robots.next_tiles,
+        robots.next_rows,
         chosen,
         genes[own + GAMMA] * genes[own + LAMBDA],
         genes[own + ALPHA] / parameters.tile_offsets.shape[0],
@@ -202,7 +203,7 @@ def _evaluate_state(
         tile_indices(
             robots.scratch_state,
             parameters.low,
-            parameters.high,
+            parameters.tiles_per_unit,
             parameters.tile_counts,
             parameters.tile_offsets,
             robots.next_tiles,
@@ -221,11 +222,13 @@ def _evaluate_state(
     else:
         for tiling in range(parameters.tile_offsets.shape[0]):
             robots.next_tiles[tiling] = parameters.grid_tiles + 2 * tiling + robots.sides[i, module]
+    give_rows(robots, i, agent, module, parameters.initial_weight)
     action_values(
-        robots.weights[i, agent, module],
+        robots.weights,
         robots.traces[i],
         robots.trace_totals[i],
         robots.next_tiles,
+        robots.next_rows,
         genes[own + ALPHA] / parameters.tile_offsets.shape[0],
         robots.values,
     )
@@ -248,10 +251,11 @@ def _learn(
     own = parameters.selector_genes + module * parameters.module_genes
     gamma = robots.genotypes[i, agent, own + GAMMA]
     reward = 1.0 if observation[parameters.successes[module]] > 0.0 else 0.0
+    find_rows(robots, i, agent, module)
     update_weights(
-        robots.weights[i, agent, module],
+        robots.weights,
         robots.trace_totals[i],
-        robots.state_tiles[i],
+        robots.state_rows,
         robots.action[i],
         reward + potential_shaping(gamma, potential, robots.potential[i]),
         gamma,
@@ -269,7 +273,7 @@ def _release_module(robots: Robots, parameters: StepParameters, i: int, agent: i
     own = parameters.selector_genes + module * parameters.module_genes
     rate = robots.genotypes[i, agent, own + ALPHA] / parameters.tile_offsets.shape[0]
     clear_traces(
-        robots.weights[i, agent, module],
+        robots.weights,
         robots.traces[i],
         robots.traced_tiles[i],
         robots.trace_totals[i],

@@ -7,6 +7,13 @@ from crcolony.compiled import FloatArray, compiled
 from crcolony.world.neighbours import collect_near
 from crcolony.world.state import World
 
+_SQUARED = 3
+"""Column of what is near: the squared distance (m^2)."""
+_FACE = 4
+"""Column of `near_bodies`: the squared distance of a face that is in view, or inf."""
+_TAIL = 5
+"""Column of `near_bodies`: the squared distance of a tail lamp that is in view, or inf."""
+
 
 @compiled
 def is_hidden(
@@ -15,25 +22,18 @@ def is_hidden(
     """Return whether something stands between a robot at x, y and the point dx, dy (m) away from
     it.
 
-    `world.near_bodies` has the `count` bodies around the robot. The body `target` (or -1) hides
-    nothing, and neither does the robot itself, because the line of sight starts at its centre.
+    `world.near_bodies` has the `count` bodies around the robot. The body in row `target` (-1: none)
+    hides nothing, and neither does the robot itself, because the line of sight starts at its centre.
     """
     squared_m2 = dx * dx + dy * dy
     radius_m = world.rules.radius_m
     for k in range(count):
-        if int(world.near_bodies[k, 0]) != target and _crosses(
-            world.near_bodies[k, 1], world.near_bodies[k, 2], radius_m, dx, dy, squared_m2
-        ):
+        cx, cy = world.near_bodies[k, 1], world.near_bodies[k, 2]
+        if _crosses(cx, cy, radius_m, dx, dy, squared_m2) and k != target:
             return True
     for k in range(world.pillars.shape[0]):
-        if _crosses(
-            world.pillars[k, 0] - x,
-            world.pillars[k, 1] - y,
-            world.pillars[k, 2],
-            dx,
-            dy,
-            squared_m2,
-        ):
+        cx, cy = world.pillars[k, 0] - x, world.pillars[k, 1] - y
+        if _crosses(cx, cy, world.pillars[k, 2], dx, dy, squared_m2):
             return True
     for k in range(world.walls.shape[0]):
         if wall_crossing(world.walls[k], x, y, dx, dy) < 1.0:
@@ -45,14 +45,15 @@ def is_hidden(
 def _crosses(
     cx: float, cy: float, radius_m: float, dx: float, dy: float, squared_m2: float
 ) -> bool:
-    """Return whether a line from the origin to dx, dy (m) crosses a disc at cx, cy."""
+    """Return whether a line from the origin to dx, dy (m), `squared_m2` long, crosses a disc at cx,
+    cy."""
     along = cx * dx + cy * dy
-    if along <= 0.0:
-        return False
-    share = min(along / squared_m2, 1.0)
-    away_x = cx - share * dx
-    away_y = cy - share * dy
-    return away_x * away_x + away_y * away_y < radius_m * radius_m
+    across = cx * dy - cy * dx
+    beyond_x, beyond_y = cx - dx, cy - dy
+    radius_m2 = radius_m * radius_m
+    is_beside = (along < squared_m2) & (across * across < radius_m2 * squared_m2)
+    is_at_end = beyond_x * beyond_x + beyond_y * beyond_y < radius_m2
+    return (along > 0.0) & (is_beside | is_at_end)
 
 
 @compiled
@@ -83,12 +84,39 @@ def is_in_view(ahead_m: float, squared_m2: float, cosine: float) -> bool:
 
 
 @compiled
+def _nearest_visible(
+    world: World, x: float, y: float, count: int, found: FloatArray, most: int, column: int
+) -> int:
+    """Return the row of the nearest thing that nothing hides from x, y (m), or -1.
+
+    The first `most` rows of `found` are things around, as of `collect_near`; `column` has the
+    squared distance of those that are looked for, inf elsewhere, and is overwritten.
+    `world.near_bodies` has `count` bodies, which may hide them.
+    """
+    is_body = column != _SQUARED
+    while True:
+        nearest, row = math.inf, -1
+        for k in range(most):
+            if found[k, column] < nearest:
+                nearest, row = found[k, column], k
+        if row < 0 or not world.rules.occlusion:
+            return row
+        target = row if is_body else -1
+        if not is_hidden(world, count, x, y, found[row, 1], found[row, 2], target):
+            return row
+        found[row, column] = math.inf
+
+
+@compiled
 def _write_blob(
-    row: FloatArray, blob: int, distance_m: float, ahead_m: float, left_m: float
+    world: World, i: int, blob: int, found: FloatArray, k: int, row: FloatArray
 ) -> None:
+    """Write a blob for the thing in row k of `found`, but for its colour."""
+    dx, dy = found[k, 1], found[k, 2]
+    cosine, sine = world.headings[i, 0], world.headings[i, 1]
     row[blob] = 1.0
-    row[blob + contract.DISTANCE] = distance_m
-    row[blob + contract.BEARING] = math.atan2(left_m, ahead_m)
+    row[blob + contract.DISTANCE] = math.sqrt(dx * dx + dy * dy)
+    row[blob + contract.BEARING] = math.atan2(dy * cosine - dx * sine, dx * cosine + dy * sine)
 
 
 @compiled
@@ -97,34 +125,36 @@ def sense_robots(world: World, i: int, count: int, row: FloatArray) -> None:
 
     `world.near_bodies` has the `count` bodies around robot i.
     """
+    x, y = world.poses[i, 0], world.poses[i, 1]
+    bodies = world.near_bodies
+    _note_faces_and_tails(world, i, count)
+    face = _nearest_visible(world, x, y, count, bodies, count, _FACE)
+    if face >= 0:
+        _write_blob(world, i, contract.FACE, bodies, face, row)
+        other = int(bodies[face, 0])
+        for c in range(3):
+            row[contract.FACE + contract.COLOUR + c] = world.actions[other, contract.LED + c]
+    tail = _nearest_visible(world, x, y, count, bodies, count, _TAIL)
+    if tail >= 0:
+        _write_blob(world, i, contract.TAIL, bodies, tail, row)
+        row[contract.TAIL + contract.COLOUR] = 1.0
+
+
+@compiled
+def _note_faces_and_tails(world: World, i: int, count: int) -> None:
+    """Write the squared distances of faces and tail lamps that are in range and in view to columns
+    of `world.near_bodies`, inf elsewhere."""
     cosine, sine = world.headings[i, 0], world.headings[i, 1]
-    nearest_face, nearest_tail = math.inf, math.inf
+    range_m2 = world.rules.camera_range_m * world.rules.camera_range_m
+    bodies = world.near_bodies
     for k in range(count):
-        dx, dy, squared_m2 = (
-            world.near_bodies[k, 1],
-            world.near_bodies[k, 2],
-            world.near_bodies[k, 3],
-        )
-        ahead_m = dx * cosine + dy * sine
-        other = int(world.near_bodies[k, 0])
-        if other == i or not is_in_view(ahead_m, squared_m2, world.rules.camera_cosine):
-            continue
+        dx, dy, squared_m2 = bodies[k, 1], bodies[k, 2], bodies[k, 3]
+        other = int(bodies[k, 0])
+        in_view = is_in_view(dx * cosine + dy * sine, squared_m2, world.rules.camera_cosine)
+        is_seen = in_view & (other != i) & (squared_m2 <= range_m2)
         is_face = dx * world.headings[other, 0] + dy * world.headings[other, 1] <= 0.0
-        if squared_m2 >= (nearest_face if is_face else nearest_tail):
-            continue
-        if world.rules.occlusion and is_hidden(
-            world, count, world.poses[i, 0], world.poses[i, 1], dx, dy, other
-        ):
-            continue
-        blob = contract.FACE if is_face else contract.TAIL
-        _write_blob(row, blob, math.sqrt(squared_m2), ahead_m, dy * cosine - dx * sine)
-        if is_face:
-            nearest_face = squared_m2
-            for c in range(3):
-                row[contract.FACE + contract.COLOUR + c] = world.actions[other, contract.LED + c]
-        else:
-            nearest_tail = squared_m2
-            row[contract.TAIL + contract.COLOUR] = 1.0
+        bodies[k, _FACE] = squared_m2 if is_seen & is_face else math.inf
+        bodies[k, _TAIL] = squared_m2 if is_seen & (not is_face) else math.inf
 
 
 @compiled
@@ -135,21 +165,16 @@ def sense_packs(world: World, i: int, count: int, row: FloatArray) -> None:
     """
     x, y = world.poses[i, 0], world.poses[i, 1]
     cosine, sine = world.headings[i, 0], world.headings[i, 1]
-    found = collect_near(
-        world.pack_cells, world.packs, x, y, world.rules.camera_range_m, world.near_packs
-    )
-    nearest = math.inf
-    for k in range(found):
-        pack = int(world.near_packs[k, 0])
-        dx, dy, squared_m2 = world.near_packs[k, 1], world.near_packs[k, 2], world.near_packs[k, 3]
-        if squared_m2 >= nearest or world.pack_holders[pack] >= 0:
-            continue
-        ahead_m = dx * cosine + dy * sine
-        if not is_in_view(ahead_m, squared_m2, world.rules.camera_cosine):
-            continue
-        if world.rules.occlusion and is_hidden(world, count, x, y, dx, dy, -1):
-            continue
-        nearest = squared_m2
-        _write_blob(row, contract.PACK, math.sqrt(squared_m2), ahead_m, dy * cosine - dx * sine)
+    packs = world.near_packs
+    most = collect_near(world.pack_cells, x, y, world.rules.camera_range_m, packs)
+    for k in range(most):
+        ahead_m = packs[k, 1] * cosine + packs[k, 2] * sine
+        in_view = is_in_view(ahead_m, packs[k, _SQUARED], world.rules.camera_cosine)
+        is_free = world.pack_holders[int(packs[k, 0])] < 0
+        packs[k, _SQUARED] = packs[k, _SQUARED] if in_view & is_free else math.inf
+    nearest = _nearest_visible(world, x, y, count, packs, most, _SQUARED)
+    if nearest >= 0:
+        _write_blob(world, i, contract.PACK, packs, nearest, row)
+        pack = int(packs[nearest, 0])
         for c in range(3):
             row[contract.PACK + contract.COLOUR + c] = world.pack_colours[pack, c]

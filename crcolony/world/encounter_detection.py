@@ -73,9 +73,7 @@ def _collect_pairs(world: World, i: int, pairs: int) -> int:
     it has now."""
     rules = world.rules
     x, y = world.poses[i, 0], world.poses[i, 1]
-    count = collect_near(
-        world.robot_cells, world.poses, x, y, rules.encounter_range_m, world.near_bodies
-    )
+    count = collect_near(world.robot_cells, x, y, rules.encounter_range_m, world.near_bodies)
     for k in range(count):
         j = int(world.near_bodies[k, 0])
         if j <= i or world.actions[j, contract.BEACON] < 0.5:
@@ -92,7 +90,7 @@ def _collect_pairs(world: World, i: int, pairs: int) -> int:
         if (
             is_in_view(ahead_m, squared_m2, rules.encounter_cosine)
             and is_in_view(ahead_of_other_m, squared_m2, rules.encounter_cosine)
-            and not is_hidden(world, count, x, y, dx, dy, j)
+            and not is_hidden(world, count, x, y, dx, dy, k)
             and pairs < world.contacts.shape[0]
         ):
             world.contacts[pairs, 0] = squared_m2

@@ -20,10 +20,12 @@ def sense_sound(world: World, i: int, count: int, row: FloatArray) -> None:
     cosine, sine = world.headings[i, 0], world.headings[i, 1]
     for k in range(count):
         loudness = world.actions[int(world.near_bodies[k, 0]), contract.SPEAKER]
+        if loudness == 0.0:
+            continue
         dx, dy = world.near_bodies[k, 1], world.near_bodies[k, 2]
         squared_m2 = world.near_bodies[k, 3]
         distance_m = math.sqrt(squared_m2)
-        if loudness == 0.0 or distance_m > world.rules.hearing_range_m:
+        if distance_m > world.rules.hearing_range_m:
             continue
         loudness /= 1.0 + squared_m2 / _HALF_LOUDNESS_M2
         side = (dy * cosine - dx * sine) / max(distance_m, 1e-9)

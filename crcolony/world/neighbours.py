@@ -24,6 +24,8 @@ class Cells(NamedTuple):
     """(points,) the cell of every point"""
     order: IntArray
     """(points,) indices of the points, cell by cell"""
+    places: FloatArray
+    """(points, 2) x, y (m) of the points in this order: a search reads them one after the other"""
 
 
 def new_cells(width_m: float, height_m: float, cell_m: float, points: int) -> Cells:
@@ -38,6 +40,7 @@ def new_cells(width_m: float, height_m: float, cell_m: float, points: int) -> Ce
         start=np.zeros(columns * rows + 1, dtype=np.int64),
         cell=np.zeros(points, dtype=np.int64),
         order=np.zeros(points, dtype=np.int64),
+        places=np.zeros((points, 2)),
     )
 
 
@@ -62,21 +65,22 @@ def sort_into_cells(cells: Cells, positions: FloatArray) -> None:
         start[c + 1] += start[c]
     for i in range(positions.shape[0] - 1, -1, -1):
         start[cell[i] + 1] -= 1
-        cells.order[start[cell[i] + 1]] = i
+        place = start[cell[i] + 1]
+        cells.order[place] = i
+        cells.places[place, 0] = positions[i, 0]
+        cells.places[place, 1] = positions[i, 1]
     for c in range(columns * rows):
         start[c] = start[c + 1]
     start[columns * rows] = positions.shape[0]
 
 
 @compiled
-def collect_near(
-    cells: Cells, positions: FloatArray, x: float, y: float, range_m: float, found: FloatArray
-) -> int:
-    """Write the points within `range_m` of x, y (m) to the rows of `found` (most, 4); return how
-    many.
+def collect_near(cells: Cells, x: float, y: float, range_m: float, found: FloatArray) -> int:
+    """Write the points within `range_m` of x, y (m) to the rows of `found` (most, 4 or more); return
+    how many.
 
-    A row is the index of a point, its distance along x and along y (m), and its squared distance
-    (m^2). Points beyond the length of `found` are left out.
+    A row begins with the index of a point, its distance along x and along y (m), and its squared
+    distance (m^2). Points beyond the length of `found` are left out.
     """
     corner_x, corner_y, per_metre = cells.grid[0], cells.grid[1], cells.grid[2]
     columns, rows = cells.shape[0], cells.shape[1]
@@ -87,14 +91,16 @@ def collect_near(
     count = 0
     for row in range(lowest, highest + 1):
         for k in range(cells.start[row * columns + left], cells.start[row * columns + right + 1]):
-            point = cells.order[k]
-            dx = positions[point, 0] - x
-            dy = positions[point, 1] - y
+            if count == found.shape[0]:
+                return count
+            dx = cells.places[k, 0] - x
+            dy = cells.places[k, 1] - y
             squared = dx * dx + dy * dy
-            if squared <= range_m * range_m and count < found.shape[0]:
-                found[count, 0] = point
-                found[count, 1] = dx
-                found[count, 2] = dy
-                found[count, 3] = squared
-                count += 1
+            # Every point is written, and the next one over it if it is too far: whether a point is
+            # near cannot be predicted, and a processor that guesses wrongly loses more than a write.
+            found[count, 0] = cells.order[k]
+            found[count, 1] = dx
+            found[count, 2] = dy
+            found[count, 3] = squared
+            count += 1 if squared <= range_m * range_m else 0
     return count

@@ -38,9 +38,9 @@ def place_pack(world: World, pack: int) -> None:
 def _is_clear(world: World, pack: int, x: float, y: float) -> bool:
     """Return whether no robot, no other pack and no pillar is too near to x, y (m)."""
     clearance_m = world.rules.pack_clearance_m
-    if collect_near(world.robot_cells, world.poses, x, y, clearance_m, world.near_bodies) > 0:
+    if collect_near(world.robot_cells, x, y, clearance_m, world.near_bodies) > 0:
         return False
-    found = collect_near(world.pack_cells, world.packs, x, y, clearance_m, world.near_packs)
+    found = collect_near(world.pack_cells, x, y, clearance_m, world.near_packs)
     for k in range(found):
         if int(world.near_packs[k, 0]) != pack:
             return False
@@ -52,9 +52,10 @@ def _is_clear(world: World, pack: int, x: float, y: float) -> bool:
 
 
 @compiled
-def update_jaws(world: World) -> None:
+def update_jaws(world: World) -> bool:
     """Latch every closed jaw on a pack in reach and transfer its charge; release the packs of open
-    jaws."""
+    jaws; return whether a pack has moved."""
+    has_moved = False
     for i in range(world.poses.shape[0]):
         world.charges[i] = 0.0
         if world.actions[i, contract.JAW] >= 0.5:
@@ -62,9 +63,11 @@ def update_jaws(world: World) -> None:
                 _latch(world, i)
             if world.holding[i] >= 0:
                 _transfer_charge(world, i, world.holding[i])
+                has_moved = True
         elif world.holding[i] >= 0:
             world.pack_holders[world.holding[i]] = -1
             world.holding[i] = -1
+    return has_moved
 
 
 @compiled
@@ -73,7 +76,7 @@ def _latch(world: World, i: int) -> None:
     rules = world.rules
     x, y = world.poses[i, 0], world.poses[i, 1]
     cosine, sine = world.headings[i, 0], world.headings[i, 1]
-    found = collect_near(world.pack_cells, world.packs, x, y, rules.jaw_reach_m, world.near_packs)
+    found = collect_near(world.pack_cells, x, y, rules.jaw_reach_m, world.near_packs)
     nearest = math.inf
     for k in range(found):
         pack = int(world.near_packs[k, 0])

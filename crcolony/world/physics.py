@@ -7,12 +7,14 @@ binding, for tests.
 Chipmunk moves bodies first and resolves contacts afterwards, and it carries contact forces from
 step to step. Here the order is reversed and the forces are cleared: the next poses depend on
 nothing but the poses and the wheels, so that an arena can be saved and restored at any moment
-without changing its future.
+without changing its future. Chipmunk is asked for nothing but contacts: the bodies are discs
+without friction, which no contact turns (their moment is infinite, or rounding would turn them), and
+headings follow from the wheels alone.
 
-1. Contact forces of earlier steps are cleared. Velocities are set to zero and wheel speeds are
-   given as forces (with damping 0 a body has no momentum of its own: its wheels grip the ground).
-2. `cpSpaceStep` moves nothing, finds the contacts at the present poses, and turns forces into
-   velocities that respect them.
+1. Contact forces of earlier steps are cleared. Every body gets its place, and the velocity that its
+   wheels want; it has no momentum of its own, because its wheels grip the ground.
+2. `cpSpaceStep` moves nothing, finds the contacts at the present places, and turns velocities into
+   ones that respect them.
 3. `cpBodyUpdatePosition` moves every body by that velocity and pushes overlapping bodies apart.
 
 A spatial hash, filled again in every step, keeps the order of contacts independent of the past.
@@ -50,20 +52,9 @@ _each_body = _external("cpSpaceEachBody", _address, _address, _address)
 _each_contact = _external("cpSpaceEachCachedArbiter", _address, _address, _address)
 _move_body = _external("cpBodyUpdatePosition", _address, _number)
 
-_Field = pymunk.batch.BodyFields
-_COMMAND = (
-    _Field.POSITION
-    | _Field.ANGLE
-    | _Field.VELOCITY
-    | _Field.ANGULAR_VELOCITY
-    | _Field.FORCE
-    | _Field.TORQUE
-)
-_STATE = _Field.POSITION | _Field.ANGLE | _Field.VELOCITY | _Field.ANGULAR_VELOCITY
-_COMMAND_WIDTH = 9
-"""Numbers of a body in the command batch."""
-_STATE_WIDTH = 6
-"""Numbers of a body in the state batch."""
+_FIELDS = pymunk.batch.BodyFields.POSITION | pymunk.batch.BodyFields.VELOCITY
+_WIDTH = 4
+"""Numbers of a body in a batch."""
 _SPARE = 64
 """Room beyond a batch: Chipmunk reallocates a full array, which must not happen to memory that
 numpy owns."""
@@ -86,6 +77,11 @@ def _clear_contact(arbiter: Any, _data: int) -> None:
     carray(arbiter, (_COUNT_OFFSET + 1,))[_COUNT_OFFSET] = 0
 
 
+@cfunc(types.void(_address, _number))
+def _stay(_body: int, _step_s: float) -> None:
+    """Move a body by nothing, where Chipmunk would move it before it resolves contacts."""
+
+
 class Physics(NamedTuple):
     """What compiled code needs of a space: addresses, and the arrays of Chipmunk's batch calls."""
 
@@ -94,15 +90,13 @@ class Physics(NamedTuple):
     bodies: NDArray[np.uint64]
     """(robots,) addresses of the bodies"""
     command: FloatArray
-    """Poses, velocities, forces and torques that Chipmunk reads before a step"""
+    """Places and velocities that Chipmunk reads before a step"""
     command_count: NDArray[np.int32]
     """(1,) how many of these numbers Chipmunk has read"""
     state: FloatArray
-    """Poses and velocities that Chipmunk writes after a step"""
+    """Places and velocities that Chipmunk writes after a step"""
     state_count: NDArray[np.int32]
     """(1,) how many of these numbers Chipmunk has written"""
-    inertia: FloatArray
-    """(2,) mass (kg), moment (kg m^2)"""
 
 
 class Space:
@@ -120,17 +114,18 @@ class Space:
         pillars: FloatArray,
         step_s: float,
     ) -> None:
-        moment = pymunk.moment_for_circle(mass_kg, 0.0, radius_m)
         self.space = _empty_space(4.0 * radius_m, robots, step_s)
         for x1, y1, x2, y2 in walls.tolist():
             self.space.add(pymunk.Segment(self.space.static_body, (x1, y1), (x2, y2), 0.0))
         for x, y, pillar_radius_m in pillars.tolist():
             self.space.add(pymunk.Circle(self.space.static_body, pillar_radius_m, (x, y)))
-        self.bodies = [pymunk.Body(mass_kg, moment) for _ in range(robots)]
+        self.bodies = [pymunk.Body(mass_kg, math.inf) for _ in range(robots)]
+        stay = _ffi.cast("cpBodyPositionFunc", _stay.address)
         for body in self.bodies:
             self.space.add(body, pymunk.Circle(body, radius_m))
-        self._command = _Batch(_COMMAND.value, robots * _COMMAND_WIDTH)
-        self._state = _Batch(_STATE.value, robots * _STATE_WIDTH)
+            _lib.cpBodySetPositionUpdateFunc(body._body, stay)
+        self._command = _Batch(robots)
+        self._state = _Batch(robots)
         self.physics = Physics(
             addresses=np.array(
                 [
@@ -148,30 +143,29 @@ class Space:
             command_count=self._command.count,
             state=self._state.floats,
             state_count=self._state.count,
-            inertia=np.array([mass_kg, moment]),
         )
 
     def step_from_python(self, step_s: float) -> None:
         """Do what `step_physics` does, through pymunk's own binding."""
-        pymunk.batch.set_space_bodies(self.space, _COMMAND, self._command.buffer)
+        pymunk.batch.set_space_bodies(self.space, _FIELDS, self._command.buffer)
         clear = _ffi.cast("cpArbiterIteratorFunc", _clear_contact.address)
         _lib.cpSpaceEachCachedArbiter(self.space._space, clear, _ffi.NULL)
         _lib.cpSpaceStep(self.space._space, step_s)
         for body in self.bodies:
             _lib.cpBodyUpdatePosition(body._body, step_s)
         self._state.count[0] = 0
-        pymunk.batch.get_space_bodies(self.space, _STATE, self._state.buffer)
+        pymunk.batch.get_space_bodies(self.space, _FIELDS, self._state.buffer)
 
 
 class _Batch:
     """One of pymunk's batch buffers over memory that numpy owns, with its counter as an array."""
 
-    def __init__(self, fields: int, size: int) -> None:
-        self.floats = np.zeros(size + _SPARE)
+    def __init__(self, bodies: int) -> None:
+        self.floats = np.zeros(bodies * _WIDTH + _SPARE)
         self.buffer = pymunk.batch.Buffer()
         self.buffer.set_float_buf(self.floats)
         self.data = _ffi.new("pmBatchedData *")
-        self.data.fields = fields
+        self.data.fields = _FIELDS.value
         self.data.floatArray = self.buffer._float_arr
         self.data.intArray = self.buffer._int_arr
         number = _ffi.buffer(_ffi.addressof(self.buffer._float_arr, "num"), 4)
@@ -180,7 +174,7 @@ class _Batch:
 
 def _empty_space(cell_m: float, robots: int, step_s: float) -> pymunk.Space:
     space = pymunk.Space()
-    space.damping = 0.0
+    space.collision_persistence = 1
     space.iterations = _SOLVER_ITERATIONS
     space.collision_slop = 0.001
     space.collision_bias = _OVERLAP_LEFT ** (1.0 / step_s)
@@ -193,31 +187,46 @@ def _as_address(pointer: Any) -> int:
 
 
 @compiled
+def move_bodies(
+    physics: Physics,
+    poses: FloatArray,
+    velocities: FloatArray,
+    wheel_speeds: FloatArray,
+    track_m: float,
+    step_s: float,
+) -> None:
+    """Do one physics step: poses (x, y in m, heading in (-pi, pi]) and velocities (m/s, m/s, rad/s),
+    (robots, 3) each, follow from wheel speeds (robots, 2) (m/s)."""
+    write_commands(physics, poses, wheel_speeds, track_m, step_s)
+    step_physics(physics, step_s)
+    read_states(physics, poses, velocities, wheel_speeds, track_m, step_s)
+
+
+@compiled
 def write_commands(
     physics: Physics, poses: FloatArray, wheel_speeds: FloatArray, track_m: float, step_s: float
 ) -> None:
-    """Write what a physics step starts from: poses (robots, 3), and wheel speeds (robots, 2) (m/s)
-    as forces.
+    """Write what a physics step starts from: places of poses (robots, 3), and the velocities that
+    wheel speeds (robots, 2) (m/s) want.
 
-    The force points along the heading at the middle of the step, which makes a free robot follow
+    A velocity points along the heading at the middle of the step, which makes a free robot follow
     its arc exactly.
     """
-    mass_kg, moment = physics.inertia[0], physics.inertia[1]
     for i in range(poses.shape[0]):
         speed = 0.5 * (wheel_speeds[i, 0] + wheel_speeds[i, 1])
-        turn = (wheel_speeds[i, 1] - wheel_speeds[i, 0]) / track_m
-        middle = poses[i, 2] + 0.5 * turn * step_s
-        force = speed * mass_kg / step_s
-        at = i * _COMMAND_WIDTH
+        middle = poses[i, 2] + 0.5 * step_s * _turn(wheel_speeds, i, track_m)
+        at = i * _WIDTH
         physics.command[at] = poses[i, 0]
         physics.command[at + 1] = poses[i, 1]
-        physics.command[at + 2] = poses[i, 2]
-        physics.command[at + 3] = 0.0
-        physics.command[at + 4] = 0.0
-        physics.command[at + 5] = 0.0
-        physics.command[at + 6] = force * math.cos(middle)
-        physics.command[at + 7] = force * math.sin(middle)
-        physics.command[at + 8] = turn * moment / step_s
+        physics.command[at + 2] = speed * math.cos(middle)
+        physics.command[at + 3] = speed * math.sin(middle)
+
+
+@compiled
+def _turn(wheel_speeds: FloatArray, i: int, track_m: float) -> float:
+    """Return how fast the wheels turn robot i (rad/s)."""
+    turn: float = (wheel_speeds[i, 1] - wheel_speeds[i, 0]) / track_m
+    return turn
 
 
 @compiled
@@ -236,19 +245,27 @@ def step_physics(physics: Physics, step_s: float) -> None:
 
 
 @compiled
-def read_states(physics: Physics, poses: FloatArray, velocities: FloatArray) -> None:
+def read_states(
+    physics: Physics,
+    poses: FloatArray,
+    velocities: FloatArray,
+    wheel_speeds: FloatArray,
+    track_m: float,
+    step_s: float,
+) -> None:
     """Read poses (x, y in m, heading in (-pi, pi]) and velocities (m/s, m/s, rad/s), (robots, 3)
-    each."""
+    each, after a step with these wheel speeds."""
     for i in range(poses.shape[0]):
-        at = i * _STATE_WIDTH
-        heading = physics.state[at + 2]
+        turn = _turn(wheel_speeds, i, track_m)
+        heading = poses[i, 2] + step_s * turn
         if heading > math.pi:
             heading -= 2.0 * math.pi
         elif heading <= -math.pi:
             heading += 2.0 * math.pi
+        at = i * _WIDTH
         poses[i, 0] = physics.state[at]
         poses[i, 1] = physics.state[at + 1]
         poses[i, 2] = heading
-        velocities[i, 0] = physics.state[at + 3]
-        velocities[i, 1] = physics.state[at + 4]
-        velocities[i, 2] = physics.state[at + 5]
+        velocities[i, 0] = physics.state[at + 2]
+        velocities[i, 1] = physics.state[at + 3]
+        velocities[i, 2] = turn

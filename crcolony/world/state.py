@@ -98,7 +98,10 @@ class World(NamedTuple):
     noise: FloatArray
     """(OBSERVATION_WIDTH,) standard deviation of the noise of every column"""
     near_bodies: FloatArray
-    """scratch (bodies, 4): bodies near one robot, rows as of `collect_near`"""
+    """scratch (bodies, 6): bodies near one robot, rows as of `collect_near`, with two columns that
+    the camera uses"""
+    close_bodies: FloatArray
+    """scratch (bodies, 2): bodies close to one robot: distance ahead and to the left (m)"""
     near_packs: FloatArray
     """scratch (packs, 4): packs near one robot, rows as of `collect_near`"""
     contacts: FloatArray

@@ -19,7 +19,7 @@ from crcolony.world.infrared import sense_infrared
 from crcolony.world.microphones import sense_sound
 from crcolony.world.neighbours import collect_near, sort_into_cells
 from crcolony.world.packs import update_jaws
-from crcolony.world.physics import read_states, step_physics, write_commands
+from crcolony.world.physics import move_bodies
 from crcolony.world.state import World
 
 _MAX_STEP_RADII = 0.6
@@ -68,17 +68,22 @@ def integrate(world: World) -> None:
     steps = _physics_steps(world)
     step_s = rules.period_s / steps
     for _ in range(steps):
-        write_commands(world.physics, world.poses, world.wheel_speeds, rules.track_m, step_s)
-        step_physics(world.physics, step_s)
-        read_states(world.physics, world.poses, world.velocities)
+        move_bodies(
+            world.physics,
+            world.poses,
+            world.velocities,
+            world.wheel_speeds,
+            rules.track_m,
+            step_s,
+        )
     if rules.wall_turn_rad > 0.0:
         _turn_at_walls(world)
     for i in range(world.poses.shape[0]):
         world.headings[i, 0] = math.cos(world.poses[i, 2])
         world.headings[i, 1] = math.sin(world.poses[i, 2])
     sort_into_cells(world.robot_cells, world.poses)
-    update_jaws(world)
-    sort_into_cells(world.pack_cells, world.packs)
+    if update_jaws(world):
+        sort_into_cells(world.pack_cells, world.packs)
     detect_encounters(world)
 
 
@@ -133,16 +138,15 @@ def observe(world: World) -> None:
     rules = world.rules
     _shift_delay_line(world.observations)
     rows = world.observations[0]
-    needs_neighbours = rules.camera or rules.infrared or rules.microphones
+    range_m = _neighbour_range_m(world)
     for i in range(world.poses.shape[0]):
         if world.colonies[i] < 0:
             continue
         row = rows[i]
         count = 0
-        if needs_neighbours:
+        if range_m > 0.0:
             x, y = world.poses[i, 0], world.poses[i, 1]
-            range_m = _neighbour_range_m(world)
-            count = collect_near(world.robot_cells, world.poses, x, y, range_m, world.near_bodies)
+            count = collect_near(world.robot_cells, x, y, range_m, world.near_bodies)
         if rules.camera:
             sense_robots(world, i, count, row)
             sense_packs(world, i, count, row)
@@ -170,7 +174,7 @@ def _shift_delay_line(observations: FloatArray) -> None:
 
 @compiled
 def _neighbour_range_m(world: World) -> float:
-    """Return the range within which other bodies matter to the senses of a robot."""
+    """Return the range within which other bodies matter to the senses of a robot; 0: nowhere."""
     rules = world.rules
     range_m = rules.camera_range_m if rules.camera else 0.0
     if rules.infrared:

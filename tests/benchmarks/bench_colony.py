@@ -14,7 +14,7 @@ from crcolony.config import load
 from crcolony.in_process.colony import InProcessColony, tick
 from crcolony.robot.state import Robots, StepParameters
 from crcolony.robot.step import step_robots
-from crcolony.world.physics import read_states, step_physics, write_commands
+from crcolony.world.physics import move_bodies
 from crcolony.world.state import World
 from crcolony.world.tick import observe
 
@@ -37,9 +37,14 @@ def run_whole(
 def run_physics(world: World, ticks: int) -> None:
     step_s = world.rules.period_s / world.rules.physics_steps
     for _ in range(ticks * world.rules.physics_steps):
-        write_commands(world.physics, world.poses, world.wheel_speeds, world.rules.track_m, step_s)
-        step_physics(world.physics, step_s)
-        read_states(world.physics, world.poses, world.velocities)
+        move_bodies(
+            world.physics,
+            world.poses,
+            world.velocities,
+            world.wheel_speeds,
+            world.rules.track_m,
+            step_s,
+        )
 
 
 @compiled

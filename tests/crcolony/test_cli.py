@@ -79,6 +79,19 @@ def test_help_imports_no_heavy_module() -> None:
         assert f" {heavy}\n" not in done.stderr
 
 
+def test_a_run_imports_what_draws_figures_at_its_end_alone(tmp_path: Path) -> None:
+    """A run without figures never imports matplotlib, which takes longer than a generation."""
+    words = ("evolve", *FAST, "--no-plots", "--out", str(tmp_path / "run"))
+    done = subprocess.run(
+        [sys.executable, "-X", "importtime", "-m", "crcolony", *words],
+        capture_output=True,
+        text=True,
+        timeout=200,
+    )
+    assert "history hash" in done.stdout
+    assert "matplotlib" not in done.stderr
+
+
 def test_an_unread_output_ends_the_run_quietly(tmp_path: Path) -> None:
     """As in `crcolony evolve | head -1`: no traceback."""
     done = subprocess.run(

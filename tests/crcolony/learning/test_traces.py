@@ -106,7 +106,7 @@ class Lazy:
     def new(cls) -> "Lazy":
         return cls(
             np.zeros((TILES, ACTIONS)),
-            np.zeros((TILES, 3)),
+            np.zeros((TILES, 4)),
             np.zeros(TILES, dtype=np.int64),
             np.array([1.0, 0.0, 0.0]),
         )
@@ -118,6 +118,7 @@ class Lazy:
             self.traces,
             self.traced_tiles,
             self.totals,
+            step.tiles,
             step.tiles,
             step.action,
             step.gamma_lambda,
@@ -155,7 +156,7 @@ def test_lazy_traces_update_weights_as_dense_traces_do(history: list[Step]) -> N
     e = np.zeros((TILES, ACTIONS))
     values = np.empty(ACTIONS)
     for step in history:
-        action_values(lazy.weights, lazy.traces, lazy.totals, step.tiles, RATE, values)
+        action_values(lazy.weights, lazy.traces, lazy.totals, step.tiles, step.tiles, RATE, values)
         np.testing.assert_allclose(values, theta[step.tiles].sum(axis=0), atol=1e-8)
         lazy.apply(step)
         replace_and_clear(e, step.tiles, step.action, step.gamma_lambda)

@@ -5,6 +5,7 @@ import csv
 import json
 import re
 import sqlite3
+import zipfile
 from pathlib import Path
 
 import msgspec
@@ -105,14 +106,16 @@ def test_two_runs_do_not_write_one_folder(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("damage", ["truncate", "flip", "empty", "text", "missing", "other"])
 def test_a_damaged_checkpoint_is_refused_by_name(tmp_path: Path, damage: str) -> None:
-    """Cut short, with one byte changed, empty, not a checkpoint at all, gone, or of another colony."""
+    """Cut short, with one byte of an array changed, empty, not a checkpoint at all, gone, or of another colony."""
     run(tmp_path / "run", small(), stop_after=1)
     path = tmp_path / "run" / "checkpoint.npz"
     content = bytearray(path.read_bytes())
     if damage == "truncate":
         path.write_bytes(content[: len(content) // 2])
     elif damage == "flip":
-        content[len(content) // 2] ^= 1
+        with zipfile.ZipFile(path) as archive:
+            largest = max(archive.infolist(), key=lambda entry: entry.file_size)
+        content[largest.header_offset + largest.file_size // 2] ^= 1
         path.write_bytes(content)
     elif damage == "empty":
         path.write_bytes(b"")

@@ -25,7 +25,8 @@ def test_tilings_and_potential_cover_what_the_camera_sees() -> None:
     rodent = CyberRodent(camera_range_m=2.0, camera_half_angle_rad=1.0)
     parameters = step_parameters(Learning(), Life(), rodent)
     assert parameters.low.tolist() == [0.0, -1.0]
-    assert parameters.high.tolist() == [2.0, 1.0]
+    highest = parameters.low + parameters.tile_counts / parameters.tiles_per_unit
+    assert highest == pytest.approx([2.0, 1.0])
     assert parameters.potential_distances_m[[0, -1]].tolist() == [0.0, 2.0]
     assert parameters.potential_bearings_rad[[0, -1]].tolist() == [0.0, 1.0]
 

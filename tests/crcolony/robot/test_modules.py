@@ -10,6 +10,7 @@ from crcolony.robot.modules import FORAGING, MATING, MODULES, LearningModule
 from crcolony.robot.settings import Heredity, Learning, Life
 from crcolony.robot.state import Robots
 from crcolony.robot.step import step_robot
+from crcolony.robot.weight_rows import weights_by_tile
 from tests.support.small_robots import random_observation
 
 
@@ -43,6 +44,7 @@ def test_a_third_module_is_one_more_row() -> None:
         step_robot(robots, parameters, 0, random_observation(rng), action)
     assert robots.module[0] == 2
     assert action[contract.LED : contract.LED + 3].tolist() == [0.0, 0.0, 1.0]
-    assert np.abs(robots.weights[0, 0, 2]).max() > 0.0
-    assert not robots.weights[0, 0, :2].any()
+    weights = weights_by_tile(robots, 0, 0.0)
+    assert np.abs(weights[0, 2]).max() > 0.0
+    assert not weights[0, :2].any()
     assert robots.weights.nbytes == weight_bytes(1, learning, life, modules)

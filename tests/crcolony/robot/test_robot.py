@@ -7,6 +7,7 @@ import pytest
 from crcolony.evolution.time_sharing import EpsilonGreedyOrder
 from crcolony.robot.robot import MatingOffer, Robot
 from crcolony.robot.state import ADDED, FORMER_NAMES, SLICE_OVER
+from crcolony.robot.weight_rows import weights_by_tile
 from tests.support.small_robots import DEFAULT, Settings, new_robots, random_observation
 
 LIFE = DEFAULT.life
@@ -50,7 +51,8 @@ def test_new_agents_have_learnt_nothing() -> None:
     assert [birth.generation for birth in births] == [1] * LIFE.agents
     assert all(birth.step == robot.steps == 3 * LIFE.slice_steps for birth in births)
     assert (batch.energies[0] == LIFE.initial_energy).all()
-    assert (batch.weights[0] == 0.6 / learning.tilings).all()
+    weights = weights_by_tile(batch, 0, 0.6 / learning.tilings)
+    assert (weights == np.float32(0.6 / learning.tilings)).all()
     counted = ("module_steps", "captures", "matings", "mating_energy_sum", "steps_alive")
     for name in (*counted, "energy_sum"):
         assert not getattr(batch, name)[0].any()
@@ -95,7 +97,7 @@ def test_a_robot_restored_in_the_middle_of_a_slice_has_the_same_future() -> None
     rng = np.random.default_rng(4)
     for _ in range(37):
         robot.step(random_observation(rng))
-    batch, _, others = new_robots(3, seed=9)
+    _, _, others = new_robots(3, seed=9)
     for other in others:
         other.start()
     restored = others[1]
@@ -116,7 +118,7 @@ def test_a_robot_restored_in_the_middle_of_a_slice_has_the_same_future() -> None
                 b.genotype for b in restored.turn_over()
             ]
     assert robot.generation == restored.generation
-    assert np.array_equal(robot.save()["arrays"]["weights"], batch.weights[1])
+    assert np.array_equal(robot.save()["arrays"]["weights"], restored.save()["arrays"]["weights"])
 
 
 def test_a_snapshot_does_not_change_with_the_robot() -> None:
@@ -148,6 +150,40 @@ def test_a_snapshot_of_an_earlier_version_is_restored() -> None:
     other.restore({**saved, "arrays": arrays})
     for name, value in other.save()["arrays"].items():
         assert np.array_equal(value, saved["arrays"][name]), name
+
+
+def test_weights_that_an_earlier_version_saved_are_restored() -> None:
+    """It saved 64-bit weights of all tiles: what was learnt, and what is being learnt, goes on."""
+    batch, parameters, (robot,) = new_robots(1)
+    robot.start()
+    rng = np.random.default_rng(8)
+    for _ in range(30):
+        robot.step(random_observation(rng))
+    saved = robot.save()
+    arrays = dict(saved["arrays"])
+    table = weights_by_tile(batch, 0, parameters.initial_weight)
+    arrays["weights"] = table.astype(np.float64)
+    arrays["traces"] = arrays["traces"][:, :3]
+    del arrays["weight_rows"], arrays["rows_used"]
+    other_batch, _, (other,) = new_robots(1, seed=2)
+    other.start()
+    other.restore({**saved, "arrays": arrays})
+    assert np.array_equal(weights_by_tile(other_batch, 0, parameters.initial_weight), table)
+    for seed in range(30):
+        rows = [random_observation(np.random.default_rng(seed)) for _ in range(2)]
+        assert np.array_equal(robot.step(rows[0]), other.step(rows[1]))
+
+
+def test_a_snapshot_whose_rows_are_beyond_its_weights_is_refused() -> None:
+    """Compiled code checks no index."""
+    _, _, (robot,) = new_robots(1)
+    robot.start()
+    for k in range(5):
+        robot.step(random_observation(np.random.default_rng(k)))
+    saved = robot.save()
+    saved["arrays"]["weight_rows"][0, 0, 0] = int(saved["arrays"]["rows_used"])
+    with pytest.raises(ValueError, match="does not fit these settings: weights"):
+        robot.restore(saved)
 
 
 def test_a_field_that_an_earlier_version_did_not_save_begins_at_zero() -> None:

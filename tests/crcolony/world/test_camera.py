@@ -41,6 +41,14 @@ def test_a_pack_is_visible_within_range_and_angle_only(
         assert blob == pytest.approx((distance_m, bearing), abs=1e-9)
 
 
+def test_a_robot_beyond_the_range_is_invisible_though_it_can_be_heard() -> None:
+    """Microphones that reach further than the camera do not make it see further."""
+    arena = new_arena(2, width_m=8.0, body={"microphones": True, "hearing_range_m": 3.0})
+    for distance_m, visible in ((1.4, True), (2.0, False)):
+        put(arena, [(0.0, 0.0, 0.0), (distance_m, 0.0, math.pi)])
+        assert (seen(arena, 0, contract.FACE) is not None) == visible
+
+
 def test_the_nearest_pack_is_visible_with_its_colour() -> None:
     """Packs that are further away, or held by a jaw, are not."""
     arena = new_arena(packs=3)

@@ -40,7 +40,7 @@ def test_a_search_returns_what_brute_force_returns(
     sort_into_cells(cells, positions)
     found = np.zeros((points, 4))
     x, y = (rng.random(2) - 0.5) * [width_m, height_m]
-    count = collect_near(cells, positions, x, y, range_m, found)
+    count = collect_near(cells, x, y, range_m, found)
     offsets = positions - [x, y]
     squared = offsets[:, 0] * offsets[:, 0] + offsets[:, 1] * offsets[:, 1]
     expected = np.flatnonzero(squared <= range_m * range_m)
@@ -89,5 +89,5 @@ def test_points_beyond_the_length_of_the_output_are_left_out() -> None:
     cells = new_cells(1.0, 1.0, 1.0, 10)
     sort_into_cells(cells, positions)
     found = np.zeros((4, 4))
-    assert collect_near(cells, positions, 0.0, 0.0, 0.5, found) == 4
+    assert collect_near(cells, 0.0, 0.0, 0.5, found) == 4
     assert found[:, 0].tolist() == [0, 1, 2, 3]

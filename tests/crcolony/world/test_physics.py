@@ -45,7 +45,7 @@ class Bodies:
                 self.space.step_from_python(STEP_S)
             else:
                 step_physics(physics, STEP_S)
-            read_states(physics, self.poses, self.velocities)
+            read_states(physics, self.poses, self.velocities, self.wheel_speeds, TRACK_M, STEP_S)
 
     def gaps_m(self) -> FloatArray:
         """Return the distances between all hulls; negative where they overlap."""

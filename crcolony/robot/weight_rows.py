@@ -1,0 +1,134 @@
+"""Where the weights of the agents of all robots are: in a row for every tile that an agent has visited.
+
+In a lifetime an agent visits less than half of its tiles. The weights of all robots are one table of
+32-bit numbers with room for all tiles of all agents. At its first visit a tile gets a row of it, and a
+new generation begins with the first row again. The robots' rows take turns: of N robots, row r of robot
+i is row r N + i of the table. So the rows that are in use are together, and the rest of the table is
+memory that the system gives to nobody before it is written.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crcolony.compiled import RowArray, compiled
+from crcolony.learning.traces import COUNT, ROW, SCALE
+from crcolony.robot.state import Robots
+
+_NO_ROW = -1
+
+SAVED_APART = ("weights", "traces")
+"""Fields that `save_weights` and `restore_weights` are for."""
+
+
+def no_rows(robots: int, agents: int, modules: int, tiles: int) -> RowArray:
+    """Return the rows of tiles that have none yet, in as few bytes as they need."""
+    shape = (robots, agents, modules, tiles)
+    highest = agents * modules * tiles - 1
+    kind = np.int16 if highest <= np.iinfo(np.int16).max else np.int32
+    return np.full(shape, _NO_ROW, dtype=kind)
+
+
+@compiled
+def give_rows(robots: Robots, i: int, agent: int, module: int, initial_weight: float) -> None:
+    """Write the rows of `robots.next_tiles` to `robots.next_rows`; a tile that has none yet gets one,
+    with the initial weight."""
+    rows = robots.weight_rows[i, agent, module]
+    for position in range(robots.next_tiles.shape[0]):
+        tile = robots.next_tiles[position]
+        is_new = rows[tile] < 0
+        if is_new:
+            rows[tile] = robots.rows_used[i]
+            robots.rows_used[i] += 1
+        row = np.int64(rows[tile]) * robots.rows_used.shape[0] + i
+        if is_new:
+            for action in range(robots.weights.shape[1]):
+                robots.weights[row, action] = initial_weight
+        robots.next_rows[position] = row
+
+
+@compiled
+def find_rows(robots: Robots, i: int, agent: int, module: int) -> None:
+    """Write the rows of the last state's active tiles to `robots.state_rows`."""
+    for position in range(robots.state_rows.shape[0]):
+        tile = robots.state_tiles[i, position]
+        row = np.int64(robots.weight_rows[i, agent, module, tile])
+        robots.state_rows[position] = row * robots.rows_used.shape[0] + i
+
+
+def forget(robots: Robots, i: int) -> None:
+    """Take the rows of all tiles of robot i away: its agents have learnt nothing."""
+    robots.weight_rows[i] = _NO_ROW
+    robots.rows_used[i] = 0
+
+
+def weights_by_tile(robots: Robots, i: int, initial_weight: float) -> NDArray[np.float32]:
+    """Return the weights of robot i's agents as a table of all tiles, (A, M, T, K)."""
+    rows, count = robots.weight_rows[i], robots.rows_used.shape[0]
+    table = np.full((*rows.shape, robots.weights.shape[1]), initial_weight, dtype=np.float32)
+    table[rows >= 0] = robots.weights[i::count][rows[rows >= 0]]
+    return table
+
+
+def save_weights(robots: Robots, i: int) -> dict[str, np.ndarray]:
+    """Return copies of robot i's weights and traces, as if it were alone."""
+    count, used = robots.rows_used.shape[0], int(robots.rows_used[i])
+    traces = robots.traces[i].copy()
+    traces[:, ROW] //= count
+    return {"weights": robots.weights[i::count][:used].copy(), "traces": traces}
+
+
+def restore_weights(robots: Robots, i: int, saved: Mapping[str, Any]) -> None:
+    """Restore what `save_weights` returned, to whichever robot.
+
+    Raises ValueError if it does not fit: compiled code checks no index.
+    """
+    count, most = robots.rows_used.shape[0], robots.weight_rows[i].size
+    weights, rows, traces, used = (
+        np.asarray(saved.get(name, _NO_ROW))
+        for name in ("weights", "weight_rows", "traces", "rows_used")
+    )
+    traced_rows = traces[traces[:, SCALE] != 0.0, ROW] if traces.ndim == 2 else traces
+    fits = (
+        weights.shape == (used, robots.weights.shape[1])
+        and used <= most
+        and rows.shape == robots.weight_rows[i].shape
+        and rows.min() >= _NO_ROW
+        and rows.max() < used
+        and traces.shape == robots.traces[i].shape
+        and (traced_rows >= 0).all()
+        and (traced_rows < used).all()
+    )
+    if not fits:
+        raise ValueError("the saved robot does not fit these settings: weights")
+    robots.weights[i::count][:used] = weights
+    robots.traces[i] = traces
+    robots.traces[i, :, ROW] = traces[:, ROW] * count + i
+
+
+def with_rows(arrays: Mapping[str, Any], initial_weight: float) -> Mapping[str, Any]:
+    """Return saved fields with rows, also those of an earlier version, whose weights were a table of
+    all tiles (A, M, T, K).
+
+    A tile gets a row if it has learnt, or has a trace, as tiles of the module in control may.
+    """
+    if "weight_rows" in arrays or np.ndim(arrays.get("weights", 0)) != 4:
+        return arrays
+    table = np.asarray(arrays["weights"])
+    agent, module = int(arrays["agent"]), int(arrays["module"])
+    traced = arrays["traced_tiles"][: int(arrays["trace_totals"][COUNT])]
+    has_row = np.any(table != initial_weight, axis=-1)
+    has_row[agent, module, traced] = True
+    used = np.count_nonzero(has_row)
+    rows = np.full(has_row.shape, _NO_ROW, dtype=np.int32)
+    rows[has_row] = np.arange(used)
+    traced_rows = np.maximum(rows[agent, module], 0)
+    return {
+        **arrays,
+        "weights": table[has_row].astype(np.float32),
+        "weight_rows": rows,
+        "rows_used": np.int64(used),
+        "traces": np.column_stack([arrays["traces"], traced_rows]),
+    }

@@ -27,10 +27,10 @@ from crcolony.protocol.telemetry_messages import (
     decode_arena_metadata,
     decode_event,
     decode_history_reply,
-    decode_robot_metadata,
     decode_scene,
     decode_state,
 )
+from crcolony.telemetry.older_messages import decode_metadata_of_any_age
 
 SampleKind = Literal[
     "online", "offline", "state", "event", "activity", "scene", "history", "metadata"
@@ -281,7 +281,7 @@ def _metadata(raw: RawSample) -> RobotMetadataSample | ArenaMetadataSample:
         _require(of_arena.arena == arena and _is_settings(of_arena.settings))
         return ArenaMetadataSample(metadata=of_arena, **_common(raw))
     colony, robot = _robot(raw)
-    of_robot = decode_robot_metadata(raw.payload)
+    of_robot = decode_metadata_of_any_age(raw.payload)
     _require(of_robot.robot == robot and _is_settings(of_robot.settings))
     return RobotMetadataSample(colony=colony, metadata=of_robot, **_common(raw))
 

@@ -28,6 +28,7 @@ from tests.foreign.network import (
 )
 from tests.foreign.records import Records
 from tests.foreign.species import Species, species
+from tests.foreign.telemetry import opened, signed
 
 STATE_S: Final = 0.5
 DUPLICATE_S: Final = 7.0
@@ -53,6 +54,7 @@ class ForeignRobot:
         self.is_stopped = False
         self.key = stored_key(options.folder / "key")
         self.id = id_of(bytes(self.key.verify_key))
+        self.colony, self._states = options.colony, 0
         self.records = Records(options.folder / "foreign.sqlite")
         self.incarnation = self.records.next_incarnation()
         self.network = network_kind(options.connect, options.colony, options.arena, self.id)
@@ -101,7 +103,9 @@ class ForeignRobot:
         if not isinstance(arrived, MetadataReply):
             return None
         try:
-            return species(decode(arrived.payload, ENVELOPE_BYTES, "robot_metadata")[5])
+            message, key = opened(arrived.payload, self.colony)
+            metadata = decode(message, ENVELOPE_BYTES, "robot_metadata")
+            return species(metadata[5]) if metadata[1] == id_of(key) else None
         except ValueError:
             return None
 
@@ -143,7 +147,7 @@ class ForeignRobot:
                     self.arena.token(arena_run, session, is_online)
                 case Question(topic, payload, reply) if now_s >= self._may_reply_s:
                     self._may_reply_s = now_s + 1.0 / REPLIES_PER_S
-                    reply(encode(self._answer(topic, payload)))
+                    reply(signed(encode(self._answer(topic, payload)), self.key, self.colony))
         except RefusedError as error:
             self._refused += 1
             if self._refused <= MOST_LINES:
@@ -154,7 +158,10 @@ class ForeignRobot:
         self.arena.pass_time(now_s)
         if now_s >= self._told_s + STATE_S:
             self._told_s = now_s
-            self.network.publish("state", encode(self._state()))
+            self._states += 1
+            count = self.incarnation * 2**32 + self._states
+            state = signed(encode(self._state()), self.key, self.colony, count)
+            self.network.publish("state", state)
         if self._duplicate_since_s is not None and now_s > self._duplicate_since_s + DUPLICATE_S:
             raise DuplicateError("another process uses the key of this robot")
 
@@ -238,7 +245,7 @@ class ForeignRobot:
         ]
 
     def _publish_event(self, event: bytes) -> None:
-        self.network.publish("event", event)
+        self.network.publish("event", signed(event, self.key, self.colony))
 
     def _say(self, line: str) -> None:
         if line:

@@ -7,10 +7,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import zenoh
 from nacl.signing import SigningKey
 
 from crcolony.protocol.encounters import Offer
+from crcolony.protocol.identity import robot_id
 from crcolony.protocol.mating_messages import Encounter
+from crcolony.protocol.signed_telemetry import open_telemetry, purpose_of_robot
 from crcolony.storage.reading import read_stored_robot
 from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.zenoh_session import open_session
@@ -70,7 +73,7 @@ class ForeignColony:
         def have_answered() -> bool:
             key = f"crcolony/1/colony/colony/{topic}/{robot}"
             replies = session.get(key, payload=request or None, timeout=5.0)
-            answers[:] = [reply.ok.payload.to_bytes() for reply in replies if reply.ok is not None]
+            answers[:] = [_signed(reply.ok) for reply in replies if reply.ok is not None]
             return len(answers) == robots
 
         try:
@@ -103,6 +106,14 @@ class ForeignColony:
     def _refused(self) -> int:
         states = self.view.update().states
         return sum(states[robot].refused for robot in self.made.ids)
+
+
+def _signed(reply: zenoh.Sample) -> bytes:
+    """Return what a robot replied, after its signature was verified."""
+    telemetry = open_telemetry(reply.payload.to_bytes())
+    assert telemetry.is_valid(purpose_of_robot("colony"))
+    assert robot_id(telemetry.key).hex() == str(reply.key_expr).rpartition("/")[2]
+    return telemetry.content
 
 
 @contextlib.contextmanager

@@ -45,6 +45,11 @@ from crcolony.protocol.mating_messages import (
 )
 from crcolony.protocol.roster import Member, Roster, decode_signed_roster, sign_roster
 from crcolony.protocol.roster_gossip import RosterSerial
+from crcolony.protocol.signed_telemetry import (
+    purpose_of_arena,
+    purpose_of_robot,
+    sign_telemetry,
+)
 from crcolony.protocol.stop_messages import Clear, Stop, StopAddress, StoppedRobot, StopReply
 from crcolony.protocol.telemetry_messages import (
     Activity,
@@ -205,6 +210,16 @@ TELEMETRY: dict[str, Message] = {
 }
 """Messages to observers, and their queries."""
 
+SIGNED_TELEMETRY = {
+    "telemetry_state.bytes": sign_telemetry(
+        encode(TELEMETRY["state"]), purpose_of_robot(COLONY), INITIATOR, 3 * 2**32 + 7
+    ),
+    "telemetry_scene.bytes": sign_telemetry(
+        encode(TELEMETRY["scene"]), purpose_of_arena("lab"), ARENA_IDENTITY
+    ),
+}
+"""A state and a scene as they travel."""
+
 STOPS: dict[str, Message] = {
     "stop": Stop(bytes(range(16))),
     "clear": Clear(123_456),
@@ -244,7 +259,7 @@ def make() -> dict[str, bytes]:
         vectors[f"{name}.msgpack"] = sign_message(content, COLONY, sender)
     for name, message in {**BODIES, **TELEMETRY, **STOPS, **DEPLOYMENTS}.items():
         vectors[f"{name}.msgpack"] = encode(message)
-    return vectors | LINK
+    return vectors | LINK | SIGNED_TELEMETRY
 
 
 def plain(value: Any) -> Any:

@@ -7,7 +7,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from crcolony.protocol.body_messages import BodyDenied, BodyGranted
+from crcolony.protocol.body_messages import BodyDenied, BodyGranted, LocalLink
 from crcolony.protocol.body_requests import Request, keys_of_grant, open_request, sign_reply
 from crcolony.protocol.codec import WireError
 from crcolony.protocol.identity import Identity, RobotId
@@ -18,6 +18,7 @@ from crcolony.protocol.link_keys import (
     open_sealed,
     seal,
 )
+from crcolony.protocol.local_link import check_robot, prove_body, read_claim
 from crcolony.rate_limit import TokenBucket
 
 _MAX_REMEMBERED = 10_000
@@ -132,6 +133,19 @@ class BodyLinks:
         if known is None or known.keys is None:
             raise WireError("of no link")
         return open_sealed(known.keys.actions, data)
+
+    def prove_local(self, challenge: bytes, data: bytes) -> tuple[RobotId, bytes]:
+        """Return which robot on this machine has proved to have a body here, and the proof for it.
+
+        Raises WireError if it has not.
+        """
+        claim = read_claim(data)
+        known = self._robots.get(claim.robot)
+        if known is None or known.keys is None:
+            raise WireError("of no link")
+        link = LocalLink(claim.robot, self._arena_run, challenge)
+        check_robot(data, link, known.keys)
+        return claim.robot, prove_body(link, known.keys)
 
     def _known(self, robot: RobotId) -> _Robot:
         return self._robots.get(robot) or self._others.get(robot) or _Robot()

@@ -4,7 +4,7 @@ The processes of arenas and bridges run it by the clock of their machine, and th
 """
 
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 
 from crcolony.body_server.body_links import BodyLinks, StaleRequestError
@@ -19,9 +19,12 @@ from crcolony.rate_limit import TokenBucket
 from crcolony.transport.interface import (
     ActionReceived,
     InboundEvent,
+    LocalAction,
+    NoRobotsOnThisMachine,
     QueryReceived,
     RobotOffline,
     RobotOnline,
+    RobotsOnThisMachine,
 )
 
 _MAX_LINES_PER_S = 100.0
@@ -53,6 +56,7 @@ class BodyServer:
             print_line,
             name,
         )
+        self.local_robots: RobotsOnThisMachine = NoRobotsOnThisMachine()
         self._identity = identity
         self._links = BodyLinks(name, bodies.arena_run, identity, draw)
         self._line_limit = TokenBucket(_MAX_LINES_PER_S)
@@ -68,6 +72,8 @@ class BodyServer:
     def handle_event(self, now_s: float, event: InboundEvent) -> None:
         """Handle an inbound event."""
         match event:
+            case LocalAction(robot=robot, tick=tick, row=row):
+                self._bodies.apply_row(robot, tick, row)
             case ActionReceived(robot=robot, action=data):
                 self._handle_action(robot, data)
             case QueryReceived(topic="join", robot=robot, payload=payload, reply=reply):
@@ -81,19 +87,36 @@ class BodyServer:
                 if self._online.remove(robot, (incarnation, session)):
                     self._bodies.mark_offline(robot, now_s)
 
-    def observation(self, robot: RobotId) -> bytes | None:
-        """Return the observation of a robot's body in this tick, with its code; None if it has not asked in this run.
+    def publish_observations(
+        self, robots: Iterable[RobotId], publish: Callable[[RobotId, bytes], None]
+    ) -> None:
+        """Give these robots, which have bodies, what they sense in this tick: over the network with `publish`.
 
-        Raises KeyError if it has no body.
+        A robot that has not asked in this run gets nothing.
         """
-        return self._links.seal_observation(robot, self._bodies.observation(robot))
+        bodies, local = self._bodies, self.local_robots
+        for robot in robots:
+            if robot in local:
+                local.publish_observation(robot, bodies.tick, *bodies.sense(robot))
+                continue
+            observation = self._links.seal_observation(robot, bodies.observation(robot))
+            if observation is not None:
+                publish(robot, observation)
+
+    def prove_local(self, challenge: bytes, data: bytes) -> tuple[RobotId, bytes]:
+        """Return which robot on this machine has a body here, and the proof for it; raises WireError if none has."""
+        return self._links.prove_local(challenge, data)
 
     def remove_absent(self, now_s: float) -> None:
         """Remove the bodies of robots that have been offline for too long."""
         for robot in self._bodies.remove_absent(now_s):
             self._print_line(f"robot {robot.hex()[:8]} did not return; its body is removed")
             self._links.remove(robot)
-            self._on_leave(robot)
+            self._end_links(robot)
+
+    def _end_links(self, robot: RobotId) -> None:
+        self.local_robots.remove(robot)
+        self._on_leave(robot)
 
     def _handle_action(self, robot: RobotId, data: bytes) -> None:
         try:
@@ -142,7 +165,7 @@ class BodyServer:
         if slot is not None:
             self._print_limited(now_s, f"robot {robot.hex()[:8]} leaves slot {slot}")
             self._bodies.leave(robot)
-            self._on_leave(robot)
+            self._end_links(robot)
 
     def _handle_join(
         self, now_s: float, request: Request, join: Join, reply: Callable[[bytes], None]

@@ -203,18 +203,26 @@ class BodySlots(ABC):
         present one. In real time it must be younger than its own time to live; an action without one stops the body
         and is never too late. Refused actions are counted by reason.
         """
+        try:
+            row = unpack_row(action.row)
+        except (WireError, ValueError):
+            return self._refuse("malformed")
+        return self.apply_row(robot, action.tick, row)
+
+    def apply_row(self, robot: RobotId, tick: int, action: FloatArray) -> bool:
+        """Apply a robot's action (ACTION_WIDTH,) for the observation of a tick; see `apply_action`."""
         slot = self.robots.get(robot)
         if slot is None:
             return self._refuse("unknown")
         try:
-            row = contract.clip_action(unpack_row(action.row))
-        except (WireError, ValueError):
+            row = contract.clip_action(action)
+        except ValueError:
             return self._refuse("malformed")
-        age = self.tick - action.tick
+        age = self.tick - tick
         is_late = age > 0 if self.lockstep else 0.0 < row[contract.TTL] < age * self._period_s
-        if is_late or age < 0 or action.tick <= self._answered[slot]:
+        if is_late or age < 0 or tick <= self._answered[slot]:
             return self._refuse("stale")
-        self._answered[slot] = action.tick
+        self._answered[slot] = tick
         self._act(slot, row)
         return True
 
@@ -239,7 +247,11 @@ class BodySlots(ABC):
             if self._answered[slot] < self.tick and robot not in self._offline:
                 yield robot
 
+    def sense(self, robot: RobotId) -> tuple[FloatArray, Contact | None]:
+        """Return what a robot's body senses in this tick (OBSERVATION_WIDTH,), and its contact; raises KeyError."""
+        return self._sense(self.robots[robot])
+
     def observation(self, robot: RobotId) -> bytes:
         """Return the encoded observation of a robot's body in this tick; raises KeyError if it has no body."""
-        row, contact = self._sense(self.robots[robot])
+        row, contact = self.sense(robot)
         return encode(Observation(self.arena_run, self.tick, pack_row(row), contact))

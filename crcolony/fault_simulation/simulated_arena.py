@@ -8,7 +8,7 @@ from crcolony.config import Config
 from crcolony.fault_simulation.simulated_network import ARENA, Schedule, SimulatedNetwork
 from crcolony.nodes.arena_node import ArenaNode
 from crcolony.protocol.codec import encode
-from crcolony.protocol.identity import SEED_BYTES, Identity
+from crcolony.protocol.identity import SEED_BYTES, Identity, RobotId
 from crcolony.protocol.signed_telemetry import purpose_of_arena, sign_telemetry
 from crcolony.transport.interface import (
     ArenaOffline,
@@ -70,10 +70,7 @@ class SimulatedArena:
         self._schedule.after(self._config.arena.control_period_s, lambda: self._tick(node))
         node.step()
         self.ticks += 1
-        for robot in node.robots:
-            observation = self._server.observation(robot)
-            if observation is not None:
-                self._network.post((ARENA, robot), ObservationReceived(robot, observation))
+        self._server.publish_observations(node.robots, self._publish_observation)
         if self._network.scene_subscribers:
             scene = sign_telemetry(
                 encode(node.scene("arena", self.ticks, unix_ms=0)),
@@ -85,6 +82,9 @@ class SimulatedArena:
         self._server.remove_absent(self._schedule.now_s)
         if node.tick % _SAVE_TICKS == 0:
             self._checkpoint = node.save()
+
+    def _publish_observation(self, robot: RobotId, observation: bytes) -> None:
+        self._network.post((ARENA, robot), ObservationReceived(robot, observation))
 
     def deliver(self, event: InboundEvent) -> None:
         """Handle an inbound event."""

@@ -29,6 +29,7 @@ from crcolony.transport.interface import (
     InboundEvent,
     IncompatiblePeer,
     JoinReplyReceived,
+    LocalObservation,
     ObservationReceived,
     QueryReceived,
     RobotOffline,
@@ -63,12 +64,14 @@ class EmbodiedRobot:
         self._config, self._arena = options.config, options.arena
         self._links = LinkRecovery(node.id, node.colony)
         self._body = LinkToBody(
-            node.member, options.arena, options.wanted_slot, options.known_arenas, options.draw
+            node.member,
+            options.arena,
+            options.wanted_slot,
+            options.known_arenas,
+            options.draw,
+            transport.publish_action,
+            process.local_link,
         )
-        self._action = b""
-        """For the last observation"""
-        self._published_action: bytes | None = None
-        """The same once it is published; in lockstep an open mating delays it"""
         self._observed_s = self._join_due_s = self._state_due_s = -math.inf
         self._snapshot_due_s = math.inf
         self._waiting = WaitingForBody(options.arena)
@@ -117,8 +120,8 @@ class EmbodiedRobot:
         """Handle an inbound event. Raises FatalStorageError when the state of the disk is unknown."""
         node = self.node
         match event:
-            case ObservationReceived(observation=data):
-                self._handle_observation(now_s, data)
+            case ObservationReceived(observation=observation) | (LocalObservation() as observation):
+                self._handle_observation(now_s, observation)
             case EnvelopeReceived(envelope=envelope):
                 node.handle_envelope(now_s, envelope)
                 self._act_if_settled()
@@ -211,43 +214,40 @@ class EmbodiedRobot:
         self.node.arena = ""
         self._request_body(now_s)  # of another run that is online already
 
-    def _handle_observation(self, now_s: float, data: bytes) -> None:
+    def _handle_observation(self, now_s: float, observation: bytes | LocalObservation) -> None:
         body, node = self._body, self.node
         try:
-            opened = body.open_observation(data)
+            sensed = body.sense(observation)
         except WireError as error:
             node.report_fault(f"refused observation: {error}")
             return
-        if opened is None:
+        if sensed is None:
             return
-        observation, row = opened
-        if observation.tick <= body.tick:
-            is_repeated = observation.tick == body.tick and body.is_in_lockstep
-            if is_repeated and self._published_action is not None:
-                self._transport.publish_action(node.id, self._published_action)
+        tick, row, contact = sensed
+        if tick <= body.tick:
+            if tick == body.tick and body.is_in_lockstep and body.has_acted:
+                body.act()
             return
         node.period_ms = min(1000.0 * (now_s - self._observed_s), 1e9)
-        self._observed_s, body.tick = now_s, observation.tick
-        self._published_action, self._action = None, body.seal_action(node.robot.step(row))
-        if observation.contact is not None:
-            met = observation.contact.robot
+        self._observed_s = now_s
+        body.answer(tick, node.robot.step(row))
+        if contact is not None:
+            met = contact.robot
             self._reconnect(now_s, self._links.handle_contact(now_s, met, met in node.peers))
-        node.handle_step_events(now_s, observation.tick, observation.contact)
+        node.handle_step_events(now_s, tick, contact)
         self._act_if_settled()
 
     def _act_if_settled(self) -> None:
         """Publish the action, and advance the slice; in lockstep only when no mating is open."""
-        lease, node = self._body.lease, self.node
-        if lease is None or self._published_action is not None or self._body.tick < 0:
-            return
-        if lease.lockstep and not node.is_settled:
+        body, node = self._body, self.node
+        if not body.can_act or (body.is_in_lockstep and not node.is_settled):
             return
         generation = node.robot.generation
-        self._published_action = self._action
+        body.has_acted = True
         if node.robot.events:
             node.advance_slice()
         if not self.is_done:
-            self._transport.publish_action(node.id, self._published_action)
+            body.act()
         if node.robot.generation > generation:
             self._process.print_line(
                 f"generation {node.robot.generation}, {node.matings} matings so far"

@@ -1,6 +1,7 @@
-"""A robot's link to its body: which run of the arena it asks, whether it trusts the reply, and the keys that follow.
+"""A robot's link to its body: which run of the arena it asks, whether it trusts the reply, and what they say then.
 
-No clock, no I/O: random bytes are drawn by a function that is passed in.
+No clock, no I/O: random bytes are drawn by a function that is passed in. Rows go over the network, with codes, or
+through the memory that robot and body share on one machine.
 """
 
 from collections.abc import Callable
@@ -12,18 +13,20 @@ from crcolony.protocol.body_messages import (
     Action,
     BodyDenied,
     BodyGranted,
+    Contact,
     Join,
     Leave,
-    Observation,
     decode_observation,
     pack_row,
     unpack_row,
 )
 from crcolony.protocol.body_requests import PendingRequest, sign_request
 from crcolony.protocol.codec import WireError, encode
-from crcolony.protocol.identity import ArenaId, arena_id
+from crcolony.protocol.identity import ArenaId, RobotId, arena_id
 from crcolony.protocol.link_keys import EXCHANGE_KEY_BYTES, ExchangeKey, LinkKeys, open_sealed, seal
+from crcolony.protocol.mating_messages import NONCES
 from crcolony.protocol.signed_telemetry import open_telemetry, purpose_of_arena
+from crcolony.transport.interface import LinkOnThisMachine, LocalObservation
 
 _MAX_RUNS = 100
 """Runs of the arena that are known at a time: anybody may declare a token."""
@@ -31,6 +34,10 @@ _ATTEMPTS = 3
 """A run that has not answered so many requests is asked again after all others."""
 _MAX_AHEAD = 2**24
 """Ticks by which an observation may be newer than the last: years of real time are refused, hours are not."""
+
+
+Sensed = tuple[int, FloatArray, Contact | None]
+"""The tick of an observation, its row (OBSERVATION_WIDTH,) within the limits, and its contact"""
 
 
 class UnknownArenaError(Exception):
@@ -47,11 +54,18 @@ class LinkToBody:
         wanted_slot: int,
         known: KnownArenas,
         draw: Callable[[int], bytes],
+        publish_action: Callable[[RobotId, bytes], None],
+        local: LinkOnThisMachine,
     ) -> None:
         self.lease: BodyGranted | None = None
         """None: it has no body"""
         self.tick = -1
         """Of the last observation"""
+        self.has_acted = True
+        """Whether the last observation has been answered"""
+        self._action: FloatArray | None = None
+        """The answer to the last observation"""
+        self._publish_action, self._local = publish_action, local
         self._member, self._arena, self._wanted_slot = member, arena, wanted_slot
         self._known, self._draw = known, draw
         self._runs: dict[int, int] = {}
@@ -67,6 +81,11 @@ class LinkToBody:
     def is_in_lockstep(self) -> bool:
         """Whether the arena waits for this robot's actions."""
         return self.lease is not None and self.lease.lockstep
+
+    @property
+    def can_act(self) -> bool:
+        """Whether the last observation waits for its answer."""
+        return self.lease is not None and not self.has_acted and self.tick >= 0
 
     # Which arena ---------------------------------------------------------------------------------------------------
 
@@ -150,6 +169,7 @@ class LinkToBody:
                 self.tick = -1
             self.tick = min(self.tick, reply.message.tick)
             self.lease, self._keys, self._arena_id = reply.message, reply.keys, reply.arena
+            self._local.open(self._member.identity.id, run, reply.keys)
         return reply.message
 
     def _refuse(self, run: int, arena: ArenaId) -> None:
@@ -164,25 +184,46 @@ class LinkToBody:
 
     # Observations and actions --------------------------------------------------------------------------------------
 
-    def open_observation(self, data: bytes) -> tuple[Observation, FloatArray] | None:
-        """Return an observation of the present body, and its row (OBSERVATION_WIDTH,); None without a body.
+    def sense(self, observation: bytes | LocalObservation) -> Sensed | None:
+        """Return what an observation of the present body says, which came over the network or not; None without a body.
 
         It may be one that arrives again. Raises WireError if it is malformed, forged, beyond the limits of what a body
         can sense, or far ahead of the last one.
         """
         if self.lease is None:
             return None
-        observation = decode_observation(open_sealed(self._keys.observations, data))
-        if observation.arena_run != self.lease.arena_run:
-            raise WireError("of another run")
-        if observation.tick > max(self.tick, self.lease.tick) + _MAX_AHEAD:
+        if isinstance(observation, bytes):
+            opened = decode_observation(open_sealed(self._keys.observations, observation))
+            if opened.arena_run != self.lease.arena_run:
+                raise WireError("of another run")
+            tick, row, contact = opened.tick, unpack_row(opened.row), opened.contact
+        else:
+            tick, row, contact = observation.tick, observation.row, observation.contact
+            if contact is not None and not 0 <= contact.nonce < NONCES:
+                raise WireError("its contact has no nonce")
+        if tick > max(self.tick, self.lease.tick) + _MAX_AHEAD:
             raise WireError("far ahead of the last one")
-        row = unpack_row(observation.row)
         try:
             check_observation(row)
         except ValueError as error:
             raise WireError(str(error)) from None
-        return observation, row
+        return tick, row, contact
+
+    def answer(self, tick: int, action: FloatArray) -> None:
+        """Note the action (ACTION_WIDTH,) for a new observation; `act` sends it."""
+        self.tick, self._action, self.has_acted = tick, action, False
+
+    def act(self) -> None:
+        """Send the action for the last observation, if there is one; it may be sent again if it was lost."""
+        self.has_acted = True
+        if self._action is None:
+            return
+        if self._local.is_open:
+            self._local.publish_action(self.tick, self._action)
+        else:
+            action = encode(Action(self.tick, pack_row(self._action)))
+            sealed = seal(self._keys.actions, action)
+            self._publish_action(self._member.identity.id, sealed)
 
     def open_telemetry(self, data: bytes) -> bytes:
         """Return what the arena told all that listen; raises WireError if another one said it, or nobody signed it."""
@@ -192,7 +233,3 @@ class LinkToBody:
         if not telemetry.is_valid(purpose_of_arena(self._arena)):
             raise WireError("its signature is not valid")
         return telemetry.content
-
-    def seal_action(self, action: FloatArray) -> bytes:
-        """Return the action for the last observation, with its code."""
-        return seal(self._keys.actions, encode(Action(self.tick, pack_row(action))))

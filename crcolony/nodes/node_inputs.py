@@ -9,7 +9,7 @@ from crcolony.config import Config
 from crcolony.protocol.identity import ArenaId, Identity
 from crcolony.protocol.telemetry_messages import RobotEvent
 from crcolony.storage.store import RobotStore
-from crcolony.transport.interface import Transport
+from crcolony.transport.interface import LinkOnThisMachine, NoLinkOnThisMachine, Transport
 
 STATE_PERIOD_S = 0.5
 """How often a robot publishes its state."""
@@ -94,3 +94,5 @@ class ProcessCallbacks:
     """Returns how many inbound events were discarded"""
     print_warning: Callable[[str], None] = _ignore_line
     """Receives faults of the outside"""
+    local_link: LinkOnThisMachine = field(default_factory=NoLinkOnThisMachine)
+    """Carries rows when the body is on this machine"""

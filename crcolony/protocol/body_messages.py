@@ -109,6 +109,15 @@ class Action(Message, frozen=True, tag="action"):
     row: ActionRow
 
 
+class LocalLink(Message, frozen=True, tag="local_link"):
+    """What both ends of a link on one machine prove before they share memory."""
+
+    robot: Id
+    arena_run: ArenaRun
+    challenge: Digest
+    """Drawn by the body's process"""
+
+
 def pack_row(row: FloatArray) -> bytes:
     """Return an observation or an action as little-endian float64 bytes."""
     return np.ascontiguousarray(row, dtype="<f8").tobytes()
@@ -131,3 +140,5 @@ decode_join_reply = StrictDecoder[BodyGranted | BodyDenied](
 decode_observation = StrictDecoder[Observation](Observation, MAX_BODY_MESSAGE_BYTES).decode
 
 decode_action = StrictDecoder[Action](Action, MAX_BODY_MESSAGE_BYTES).decode
+
+decode_local_link = StrictDecoder[LocalLink](LocalLink, MAX_BODY_MESSAGE_BYTES).decode

@@ -17,7 +17,9 @@ from crcolony.protocol.codec import (
     WireError,
 )
 
-Nonce = Annotated[int, Meta(ge=0, lt=2**48)]
+NONCES = 2**48
+"""A nonce is smaller than this, so that a column of an observation holds it exactly."""
+Nonce = Annotated[int, Meta(ge=0, lt=NONCES)]
 
 AgentName = Annotated[str, Meta(min_length=1, max_length=64)]
 

@@ -10,8 +10,10 @@ from crcolony.nodes.arena_node import ArenaNode
 from crcolony.protocol.codec import encode
 from crcolony.protocol.identity import Identity, RobotId
 from crcolony.protocol.signed_telemetry import purpose_of_arena, sign_telemetry
+from crcolony.runtime.local_robots import accept_local_robots
 from crcolony.storage.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
 from crcolony.storage.files import FolderError
+from crcolony.transport.inbox import Inbox
 from crcolony.transport.interface import InboundEvent
 from crcolony.transport.zenoh_arena import ArenaTransport
 
@@ -45,12 +47,15 @@ class NetworkedArena:
         """Handle an inbound event."""
         self._server.handle_event(time.monotonic(), event)
 
+    def accept_local_robots(self, inbox: Inbox) -> None:
+        """Share memory with the robots on this machine, where that is possible."""
+        accept_local_robots(
+            self._server, self.node.arena_run, inbox, self._transport.publish_observation
+        )
+
     def publish_observations(self, robots: Iterable[RobotId]) -> None:
         """Publish the present observations of these robots' bodies."""
-        for robot in robots:
-            observation = self._server.observation(robot)
-            if observation is not None:
-                self._transport.publish_observation(robot, observation)
+        self._server.publish_observations(robots, self._transport.publish_observation)
 
     def handle_timers(self, now_s: float) -> None:
         """Publish the scene, remove absent robots and save, each when it is due."""

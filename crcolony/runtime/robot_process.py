@@ -9,7 +9,9 @@ from crcolony.nodes.robot_node import RobotNode
 from crcolony.runtime.console import print_warning
 from crcolony.transport.connection import Connection
 from crcolony.transport.inbox import Inbox
-from crcolony.transport.interface import NetworkError
+from crcolony.transport.interface import NetworkError, NoLinkOnThisMachine
+from crcolony.transport.local_body import LocalBody
+from crcolony.transport.local_socket import HAS_LOCAL_LINKS
 from crcolony.transport.zenoh_robots import RobotTransport
 
 _MAX_WAIT_S = 0.5
@@ -17,7 +19,10 @@ _MAX_WAIT_S = 0.5
 
 
 class RobotProcess:
-    """Runs one robot until it is stopped, or has completed the last generation."""
+    """Runs one robot until it is stopped, or has completed the last generation.
+
+    With `has_local_link` it shares memory with its body if that is on this machine.
+    """
 
     def __init__(
         self,
@@ -27,12 +32,18 @@ class RobotProcess:
         options: EmbodimentOptions,
         connection: Connection,
         print_line: Callable[[str], None],
+        has_local_link: bool = True,
     ) -> None:
         self._node, self._transport, self._inbox = node, transport, inbox
         self._connection, self._print_line = connection, print_line
         self._is_stopped: Callable[[], bool] = lambda: False
+        self._local = LocalBody(inbox) if HAS_LOCAL_LINKS and has_local_link else None
         callbacks = ProcessCallbacks(
-            self._reconnect, print_line, lambda: inbox.dropped, print_warning
+            self._reconnect,
+            print_line,
+            lambda: inbox.dropped,
+            print_warning,
+            self._local or NoLinkOnThisMachine(),
         )
         self._robot = EmbodiedRobot(node, transport, options, callbacks)
 
@@ -53,6 +64,8 @@ class RobotProcess:
                 self._handle_timers(time.monotonic())
         finally:
             robot.release_body()
+            if self._local is not None:
+                self._local.close()
             self._transport.remove_robot(node.id)
         node.save()
 

@@ -1,7 +1,9 @@
 """The inbox of a process: every event that arrives waits here for its one loop, and those of bodies come first."""
 
 import math
-from queue import Empty, SimpleQueue
+import sys
+from collections import deque
+from collections.abc import Callable
 
 from crcolony.transport.bounded_queue import BoundedQueue
 from crcolony.transport.interface import (
@@ -14,6 +16,7 @@ from crcolony.transport.interface import (
     QueryReceived,
     SceneReceived,
 )
+from crcolony.transport.wakeup import LinuxWakeup, QueueWakeup
 
 _MAX_EVENTS = 2048
 """Urgent events that wait, and as many others; further ones are dropped and counted."""
@@ -27,14 +30,17 @@ class Inbox:
     """A bounded queue with two priorities: observations, actions and replies of the arena precede all other events.
 
     So a flood of envelopes and queries makes no control step late, and no flood of anything fills the memory. Events of
-    presence (a robot or an arena comes online or goes offline) are never dropped.
+    presence (a robot or an arena comes online or goes offline) are never dropped. On Linux the loop also waits for
+    files, as those of local links, and their events are urgent.
     """
 
     def __init__(self) -> None:
-        self._urgent: SimpleQueue[InboundEvent | None] = SimpleQueue()
-        """`None` wakes the loop; a `SimpleQueue` may be used in a signal handler."""
+        self._urgent: deque[InboundEvent] = deque()
         self._others = BoundedQueue[InboundEvent](_MAX_EVENTS, _MAX_BYTES)
         self._dropped_urgent = 0
+        self._handlers: dict[int, Callable[[], None]] = {}
+        """What to do when a file is ready, by its descriptor"""
+        self._wakeup = LinuxWakeup() if sys.platform == "linux" else QueueWakeup()
 
     @property
     def dropped(self) -> int:
@@ -43,13 +49,14 @@ class Inbox:
 
     def deliver(self, event: InboundEvent) -> None:
         """Enqueue an event, from any thread."""
-        if isinstance(event, _URGENT):
-            if self._urgent.qsize() < _MAX_EVENTS:
-                self._urgent.put(event)
-            else:
-                self._dropped_urgent += 1
-        elif self._put_other(event) and self._urgent.empty():
-            self.wake()
+        if not isinstance(event, _URGENT):
+            is_put = self._put_other(event)
+        elif is_put := len(self._urgent) < _MAX_EVENTS:
+            self._urgent.append(event)
+        else:
+            self._dropped_urgent += 1
+        if is_put:
+            self._wakeup.ring()
 
     def _put_other(self, event: InboundEvent) -> bool:
         match event:
@@ -64,19 +71,35 @@ class Inbox:
 
     def wake(self) -> None:
         """Let the loop that waits in `get` continue; safe in a signal handler."""
-        self._urgent.put(None)
+        self._wakeup.ring()
 
     def get(self, timeout_s: float) -> InboundEvent | None:
         """Wait for the next event and return it; return None after the timeout, or when woken."""
-        is_woken = False
-        try:
-            while (event := self._urgent.get(False)) is None:
-                is_woken = True
-        except Empty:
-            if is_woken or self._others or timeout_s <= 0.0:
-                return self._others.get()
-            try:
-                event = self._urgent.get(timeout=timeout_s)
-            except Empty:
-                return None
-        return event or self._others.get()
+        if self._urgent:
+            return self._urgent.popleft()
+        if self._handlers:  # what a local link brings precedes what the network has brought
+            self._handle_files(0.0)
+        if not self._urgent and not self._others and timeout_s > 0.0:
+            self._handle_files(timeout_s)
+        return self._urgent.popleft() if self._urgent else self._others.get()
+
+    def _handle_files(self, timeout_s: float) -> None:
+        for descriptor in self._wakeup.wait(timeout_s):
+            if descriptor in self._handlers:  # it may have been forgotten a moment ago
+                self._handlers[descriptor]()
+
+    # Files, on Linux only -------------------------------------------------------------------------------------------
+
+    def put_urgent(self, event: InboundEvent) -> None:
+        """Enqueue an event of a file that is ready; only for handlers, in the loop's own thread."""
+        self._urgent.append(event)
+
+    def watch(self, descriptor: int, handle: Callable[[], None], is_bell: bool = False) -> None:
+        """Call a function, in the loop, as long as a file has something to read, or whenever an eventfd is rung."""
+        self._wakeup.watch(descriptor, is_bell)
+        self._handlers[descriptor] = handle
+
+    def forget(self, descriptor: int) -> None:
+        """Watch a file no more; it must still be open."""
+        self._wakeup.forget(descriptor)
+        del self._handlers[descriptor]

@@ -8,8 +8,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
+import msgspec
+
+from crcolony.compiled import FloatArray
 from crcolony.errors import CrcolonyError
+from crcolony.protocol.body_messages import Contact
 from crcolony.protocol.identity import RobotId
+from crcolony.protocol.link_keys import LinkKeys
 
 
 class NetworkError(CrcolonyError):
@@ -106,6 +111,25 @@ class ActionReceived:
     action: bytes
 
 
+class LocalObservation(msgspec.Struct, frozen=True, gc=False):
+    """The latest observation of a robot's body on the same machine; it may be one that was received before."""
+
+    tick: int
+    row: FloatArray
+    """(OBSERVATION_WIDTH,), not checked"""
+    contact: Contact | None
+
+
+class LocalAction(msgspec.Struct, frozen=True, gc=False):
+    """An action of a robot on the same machine, for the arena."""
+
+    robot: RobotId
+    tick: int
+    """Of the observation that it answers"""
+    row: FloatArray
+    """(ACTION_WIDTH,), not checked"""
+
+
 @dataclass(frozen=True)
 class QueryReceived:
     """A query that is answered, at most once, by calling `reply`."""
@@ -129,6 +153,8 @@ InboundEvent = (
     | ObservationReceived
     | SceneReceived
     | ActionReceived
+    | LocalObservation
+    | LocalAction
     | QueryReceived
 )
 Deliver = Callable[[InboundEvent], None]
@@ -162,3 +188,68 @@ class Transport(Protocol):
     def subscribe_scene(self, is_needed: bool) -> None:
         """Deliver the arena's scenes as `SceneReceived` while they are needed."""
         ...
+
+
+class LinkOnThisMachine(Protocol):
+    """Carries the rows of a robot and its body when both are on one machine; nothing on it is lost or delayed."""
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it carries rows now; if not, they go over the network."""
+        ...
+
+    def open(self, robot: RobotId, arena_run: int, keys: LinkKeys) -> None:
+        """Begin to open it, unless it is open to this run of an arena; nothing happens if that is on another machine.
+
+        Observations arrive as `LocalObservation` then.
+        """
+        ...
+
+    def publish_action(self, tick: int, row: FloatArray) -> None:
+        """Send the action (ACTION_WIDTH,) that answers the observation of a tick."""
+        ...
+
+
+class NoLinkOnThisMachine:
+    """All rows go over the network."""
+
+    is_open = False
+
+    def open(self, robot: RobotId, arena_run: int, keys: LinkKeys) -> None:
+        """See `LinkOnThisMachine`."""
+
+    def publish_action(self, tick: int, row: FloatArray) -> None:
+        """See `LinkOnThisMachine`."""
+
+
+class RobotsOnThisMachine(Protocol):
+    """Carries the rows of robots on the same machine as their bodies; their actions arrive as `LocalAction`."""
+
+    def __contains__(self, robot: RobotId) -> bool:
+        """Return whether it carries the rows of this robot."""
+        ...
+
+    def publish_observation(
+        self, robot: RobotId, tick: int, row: FloatArray, contact: Contact | None
+    ) -> None:
+        """Give one of these robots the observation (OBSERVATION_WIDTH,) of a tick."""
+        ...
+
+    def remove(self, robot: RobotId) -> None:
+        """End the link to a robot, if there is one."""
+        ...
+
+
+class NoRobotsOnThisMachine:
+    """All rows go over the network."""
+
+    def __contains__(self, robot: RobotId) -> bool:
+        return False
+
+    def publish_observation(
+        self, robot: RobotId, tick: int, row: FloatArray, contact: Contact | None
+    ) -> None:
+        """See `RobotsOnThisMachine`."""
+
+    def remove(self, robot: RobotId) -> None:
+        """See `RobotsOnThisMachine`."""

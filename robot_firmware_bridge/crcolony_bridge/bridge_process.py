@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 from crcolony.body_server.body_server import BodyServer
 from crcolony.protocol.identity import Identity
+from crcolony.runtime.local_robots import accept_local_robots
 from crcolony.runtime.real_time_loop import run_in_real_time
 from crcolony.transport.connection import Connection
 from crcolony.transport.inbox import Inbox
@@ -43,6 +44,7 @@ class BridgeProcess:
     ) -> None:
         self._bodies, self._transport, self._inbox = bodies, transport, inbox
         self._server = BodyServer(bodies, identity, transport.remove_robot, print_line, name)
+        accept_local_robots(self._server, bodies.arena_run, inbox, transport.publish_observation)
         self._relay, self._connection = relay, connection
         self._absent = AbsentRobots(self._server.online)
         self._removal_due_s = 0.0
@@ -76,10 +78,8 @@ class BridgeProcess:
     def step(self) -> None:
         """Begin a control period, and publish the observations of bodies that have measured something."""
         now_s = time.monotonic()
-        for robot in self._bodies.step(now_s, self._server.online):
-            observation = self._server.observation(robot)
-            if observation is not None:
-                self._transport.publish_observation(robot, observation)
+        robots = self._bodies.step(now_s, self._server.online)
+        self._server.publish_observations(robots, self._transport.publish_observation)
         for receiver, message in self._bodies.received:
             colony = self._bodies.colony_of(receiver)
             self._absent.receive(now_s, message.robot, colony)

@@ -4,6 +4,7 @@
 """
 
 import contextlib
+import itertools
 import os
 import statistics
 import time
@@ -18,7 +19,9 @@ import zenoh.ext
 
 from crcolony.nodes.event_buffer import EventBuffer
 from crcolony.protocol.codec import WireError, encode
+from crcolony.protocol.identity import Identity, seeded
 from crcolony.protocol.key_expressions import ColonyKeys
+from crcolony.protocol.signed_telemetry import purpose_of_robot, sign_telemetry
 from crcolony.protocol.telemetry_messages import (
     EventMessage,
     Fault,
@@ -48,7 +51,12 @@ EVENT = Fault(1, "x" * 130)
 
 def robot_name(number: int) -> bytes:
     """Return the id of a robot of the trial."""
-    return number.to_bytes(16)
+    return identity_of(number).id
+
+
+def identity_of(number: int) -> Identity:
+    """Return the key of a robot of the trial."""
+    return seeded("trial", 1, number)
 
 
 def make_state(robot: bytes, incarnation: int, seq: int) -> RobotState:
@@ -84,25 +92,31 @@ class Robots(Protocol):
 class OurRobots:
     """Robots with our event buffer, behind the transport and the inbox of a real robot process."""
 
-    def __init__(self, session: zenoh.Session, robots: list[bytes], incarnation: int) -> None:
+    def __init__(self, session: zenoh.Session, robots: list[Identity], incarnation: int) -> None:
         self.session, self._incarnation = session, incarnation
+        self._identities = {identity.id: identity for identity in robots}
+        self._states = itertools.count(incarnation * 2**32 + 1)
         self._inbox = Inbox()
         self._transport = RobotTransport(session, COLONY, "trial", self._inbox.deliver)
-        self._buffers = {robot: EventBuffer(robot, incarnation) for robot in robots}
-        self._limits = {robot: TokenBucket(100.0) for robot in robots}
-        for robot in robots:
+        self._buffers = {robot: EventBuffer(robot, incarnation) for robot in self._identities}
+        self._limits = {robot: TokenBucket(100.0) for robot in self._identities}
+        for robot in self._identities:
             self._transport.add_robot(robot, incarnation)
 
     def publish_event(self, robot: bytes) -> None:
         """Number and keep an event, and publish it."""
         data = self._buffers[robot].append(EVENT, int(1000 * time.time()))
-        self._transport.publish_telemetry(robot, "event", data)
+        self._transport.publish_telemetry(robot, "event", self._sign(robot, data))
 
     def publish_states(self) -> None:
         """Publish states, each with the number of the last event."""
         for robot, buffer in self._buffers.items():
             state = make_state(robot, self._incarnation, buffer.seq)
-            self._transport.publish_telemetry(robot, "state", encode(state))
+            signed = self._sign(robot, encode(state), next(self._states))
+            self._transport.publish_telemetry(robot, "state", signed)
+
+    def _sign(self, robot: bytes, message: bytes, count: int = 0) -> bytes:
+        return sign_telemetry(message, purpose_of_robot(COLONY), self._identities[robot], count)
 
     def handle_queries(self, timeout_s: float) -> None:
         """Answer what is asked within a time, as a robot's loop does between two periods."""
@@ -116,11 +130,13 @@ class OurRobots:
 
     def _reply(self, query: QueryReceived) -> None:
         if query.topic == "metadata":
-            query.reply(encode(RobotMetadata(query.robot, self._incarnation, "{}", [], "")))
+            metadata = RobotMetadata(query.robot, self._incarnation, "{}", [], "")
+            query.reply(self._sign(query.robot, encode(metadata)))
             return
         with contextlib.suppress(WireError):
             request = decode_history_request(query.payload)
-            query.reply(encode(self._buffers[query.robot].reply_to(request)))
+            reply = encode(self._buffers[query.robot].reply_to(request))
+            query.reply(self._sign(query.robot, reply))
 
     def reconnect(self, reopen: Callable[[], zenoh.Session]) -> None:
         """Move the transport to another session; the buffers stay."""
@@ -133,8 +149,9 @@ class OurRobots:
 class ZenohRobots:
     """Robots whose events are published, numbered and kept by `zenoh.ext`; the payload is the same."""
 
-    def __init__(self, session: zenoh.Session, robots: list[bytes], incarnation: int) -> None:
-        self._incarnation, self._seqs = incarnation, dict.fromkeys(robots, 0)
+    def __init__(self, session: zenoh.Session, robots: list[Identity], incarnation: int) -> None:
+        self._incarnation = incarnation
+        self._seqs = {identity.id: 0 for identity in robots}
         self._begin(session)
 
     def _begin(self, session: zenoh.Session) -> None:
@@ -233,9 +250,10 @@ def run_robots(
     first: int,
 ) -> None:
     """Run robots; obeys ("burst", events), ("rate", events per second of each robot), ("reconnect",), ("report",)."""
-    names = [robot_name(first + number) for number in range(count)]
+    identities = [identity_of(first + number) for number in range(count)]
+    names = [identity.id for identity in identities]
     make = OurRobots if kind == "ours" else ZenohRobots
-    robots: Robots = make(open_session(network), names, incarnation)
+    robots: Robots = make(open_session(network), identities, incarnation)
     meter, rate, owed = _Meter(), 0.0, 0.0
     connection.send(os.getpid())
     due_s = state_due_s = time.monotonic()

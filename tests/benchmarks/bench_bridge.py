@@ -111,8 +111,8 @@ class RobotOfZenoh:
 
     def _on_observation(self, sample: object) -> None:
         self.arrivals_s.append(time.perf_counter())
-        opened = self._end.link.open_observation(sample.payload.to_bytes())  # type: ignore[attr-defined]
-        self.tick = opened[0].tick if opened else self.tick
+        opened = self._end.link.sense(sample.payload.to_bytes())  # type: ignore[attr-defined]
+        self.tick = opened[0] if opened else self.tick
 
     def act(self, speed_m_s: float) -> None:
         """Answer the last observation."""

@@ -114,7 +114,7 @@ def lockstep(endpoint: str, folder: Path) -> float:
     with commands(folder, *lines), scenes as wire:
         first = None
         while True:
-            scene, now_s = decode_scene(wire.get()), time.perf_counter()
+            scene, now_s = decode_scene(wire.get_telemetry()), time.perf_counter()
             if first is None and scene.tick > WARM_TICKS:
                 first = scene.tick, now_s
             elif first is not None and now_s >= first[1] + MEASURED_S:

@@ -19,6 +19,7 @@ import psutil
 
 from crcolony.protocol.codec import WireError
 from crcolony.protocol.key_expressions import ColonyKeys
+from crcolony.protocol.signed_telemetry import open_telemetry
 from crcolony.protocol.telemetry_messages import Exchanged, Met, decode_event, decode_state
 from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.zenoh_samples import callback
@@ -58,7 +59,7 @@ class Watched:
         data = sample.payload.to_bytes()  # type: ignore[attr-defined]
         self.received_bytes += len(data)
         with contextlib.suppress(WireError):
-            state = decode_state(data)
+            state = decode_state(open_telemetry(data).content)
             self.peers[state.robot] = state.peers
             self.seen_s[state.robot] = time.monotonic()
 
@@ -66,7 +67,7 @@ class Watched:
         data = sample.payload.to_bytes()  # type: ignore[attr-defined]
         self.received_bytes += len(data)
         with contextlib.suppress(WireError):
-            message = decode_event(data)
+            message = decode_event(open_telemetry(data).content)
             if message.robot not in self.measured:
                 return
             if isinstance(message.event, Met):

@@ -15,6 +15,7 @@ from typing import Any
 import zenoh
 from zenoh.handlers import Callback
 
+from crcolony.protocol.signed_telemetry import open_telemetry
 from crcolony.transport.network_settings import NetworkSettings
 from crcolony.transport.zenoh_session import free_port, open_session
 
@@ -104,6 +105,10 @@ class Wire:
             return self.queue.get(timeout=_PATIENCE_S)
         except Empty:
             raise AssertionError("nothing arrived") from None
+
+    def get_telemetry(self) -> bytes:
+        """Wait for telemetry, and return it without its signature, which is not verified."""
+        return open_telemetry(self.get()).content
 
     def wait_for_subscriber(self, key: str) -> None:
         """Wait until there is a subscriber of a key."""

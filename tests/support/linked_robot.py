@@ -9,6 +9,7 @@ from crcolony.protocol.body_requests import sign_request
 from crcolony.protocol.codec import encode
 from crcolony.protocol.identity import Identity
 from crcolony.protocol.link_keys import LinkKeys, seal
+from crcolony.transport.interface import NoLinkOnThisMachine
 
 
 class LinkedRobot:
@@ -20,7 +21,15 @@ class LinkedRobot:
         self.identity, self.id = identity, identity.id
         self._arena, self._arena_run = arena, arena_run
         member = ColonyMember(identity, colony, 0, 1)
-        self.link = LinkToBody(member, arena, slot, FirstArenas(), secrets.token_bytes)
+        self.link = LinkToBody(
+            member,
+            arena,
+            slot,
+            FirstArenas(),
+            secrets.token_bytes,
+            lambda robot, action: None,
+            NoLinkOnThisMachine(),
+        )
         self.link.handle_online(arena_run)
 
     def request(self) -> bytes:

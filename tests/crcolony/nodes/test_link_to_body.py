@@ -11,6 +11,7 @@ from crcolony.protocol.body_requests import open_request, sign_reply
 from crcolony.protocol.codec import WireError
 from crcolony.protocol.identity import Identity, seeded
 from crcolony.protocol.link_keys import ExchangeKey
+from crcolony.transport.interface import NoLinkOnThisMachine
 
 ROBOT = seeded("test", 1, 0)
 ARENA, IMPOSTOR = seeded("arena", 1, 0), seeded("arena", 1, 1)
@@ -19,7 +20,15 @@ KNOWN_RUN, OTHER_RUN = 7, 8
 
 def new_link(known: FirstArenas | None = None) -> LinkToBody:
     member = ColonyMember(ROBOT, "blue", 0, 1)
-    return LinkToBody(member, "lab", -1, known or FirstArenas(), secrets.token_bytes)
+    return LinkToBody(
+        member,
+        "lab",
+        -1,
+        known or FirstArenas(),
+        secrets.token_bytes,
+        lambda robot, action: None,
+        NoLinkOnThisMachine(),
+    )
 
 
 def asked_run(link: LinkToBody) -> int:
@@ -45,7 +54,7 @@ def test_without_an_arena_there_is_nobody_to_ask() -> None:
     link = new_link()
     assert link.request() is None
     assert link.leave() is None
-    assert link.open_observation(b"noise") is None
+    assert link.sense(b"noise") is None
 
 
 def test_a_request_is_the_same_until_it_is_answered() -> None:

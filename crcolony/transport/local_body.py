@@ -1,0 +1,117 @@
+"""The link of a robot to its body on the same machine (Linux): a memory, and two doorbells."""
+
+import contextlib
+import os
+import socket
+
+from crcolony.compiled import FloatArray
+from crcolony.protocol.body_messages import LocalLink
+from crcolony.protocol.codec import MAX_BODY_MESSAGE_BYTES, WireError
+from crcolony.protocol.identity import RobotId
+from crcolony.protocol.link_keys import LinkKeys
+from crcolony.protocol.local_link import CHALLENGE_BYTES, check_body, prove_robot
+from crcolony.transport.inbox import Inbox
+from crcolony.transport.local_socket import connect_to_arena
+from crcolony.transport.shared_rows import SharedRows
+
+_DESCRIPTORS = 3
+"""The memory, the robot's doorbell, and the arena's"""
+
+
+class LocalBody:
+    """Opens the link when the body's process is on this machine and of the same user; see `LinkOnThisMachine`."""
+
+    def __init__(self, inbox: Inbox) -> None:
+        self._inbox = inbox
+        self._connection: socket.socket | None = None
+        self._rows: SharedRows | None = None
+        self._bells: list[int] = []
+        self._link = LocalLink(b"", 0, b"")
+        self._keys = LinkKeys(b"", b"")
+
+    @property
+    def is_open(self) -> bool:
+        """See `LinkOnThisMachine`."""
+        return self._rows is not None
+
+    def open(self, robot: RobotId, arena_run: int, keys: LinkKeys) -> None:
+        """See `LinkOnThisMachine`."""
+        if self.is_open and self._link.arena_run == arena_run:
+            return
+        self.close()
+        self._connection = connect_to_arena(arena_run)
+        if self._connection is not None:
+            self._link, self._keys = LocalLink(robot, arena_run, b""), keys
+            self._inbox.watch(self._connection.fileno(), self._receive)
+
+    def publish_action(self, tick: int, row: FloatArray) -> None:
+        """See `LinkOnThisMachine`."""
+        assert self._rows is not None
+        self._rows.publish_action(tick, row)
+        os.eventfd_write(self._bells[1], 1)
+
+    def close(self) -> None:
+        """End the link; rows go over the network."""
+        if self._connection is None:
+            return
+        self._inbox.forget(self._connection.fileno())
+        self._connection.close()
+        self._connection = None
+        if self._rows is not None:
+            self._rows = None
+            self._inbox.forget(self._bells[0])
+        for bell in self._bells:
+            os.close(bell)
+        self._bells = []
+
+    def _receive(self) -> None:
+        """Handle what the body's process sends: a challenge, then its proof, and at last an end."""
+        assert self._connection is not None
+        try:
+            data, descriptors, _, _ = socket.recv_fds(
+                self._connection, MAX_BODY_MESSAGE_BYTES, _DESCRIPTORS, socket.MSG_CMSG_CLOEXEC
+            )
+            if self.is_open or not data:
+                self._discard(descriptors)
+            elif not self._link.challenge:
+                self._discard(descriptors)
+                self._answer(data)
+                return
+            elif self._take(data, descriptors):
+                return
+        except OSError:
+            pass
+        self.close()
+
+    def _answer(self, challenge: bytes) -> None:
+        if len(challenge) != CHALLENGE_BYTES:
+            raise OSError("not a challenge")
+        assert self._connection is not None
+        self._link = LocalLink(self._link.robot, self._link.arena_run, challenge)
+        self._connection.send(prove_robot(self._link, self._keys))
+
+    def _take(self, data: bytes, descriptors: list[int]) -> bool:
+        """Use the memory of a process that has the keys of the link; return whether it is such a process."""
+        try:
+            check_body(data, self._link, self._keys)
+            memory, *bells = descriptors
+            rows = SharedRows(memory)
+            self._inbox.watch(bells[0], self._observe, is_bell=True)
+        except (WireError, OSError, ValueError, IndexError):
+            self._discard(descriptors)
+            return False
+        os.close(memory)
+        self._rows, self._bells = rows, bells
+        self._observe()  # what was published before
+        return True
+
+    def _observe(self) -> None:
+        observation = self._rows.observation() if self._rows is not None else None
+        if observation is not None:
+            self._inbox.put_urgent(observation)
+
+    @staticmethod
+    def _discard(descriptors: list[int]) -> None:
+        for descriptor in descriptors:
+            with contextlib.suppress(OSError):
+                os.close(descriptor)

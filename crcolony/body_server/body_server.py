@@ -19,7 +19,6 @@ from crcolony.rate_limit import TokenBucket
 from crcolony.transport.interface import (
     ActionReceived,
     InboundEvent,
-    LocalAction,
     NoRobotsOnThisMachine,
     QueryReceived,
     RobotOffline,
@@ -72,8 +71,6 @@ class BodyServer:
     def handle_event(self, now_s: float, event: InboundEvent) -> None:
         """Handle an inbound event."""
         match event:
-            case LocalAction(robot=robot, tick=tick, row=row):
-                self._bodies.apply_row(robot, tick, row)
             case ActionReceived(robot=robot, action=data):
                 self._handle_action(robot, data)
             case QueryReceived(topic="join", robot=robot, payload=payload, reply=reply):
@@ -103,9 +100,13 @@ class BodyServer:
             if observation is not None:
                 publish(robot, observation)
 
-    def prove_local(self, challenge: bytes, data: bytes) -> tuple[RobotId, bytes]:
-        """Return which robot on this machine has a body here, and the proof for it; raises WireError if none has."""
-        return self._links.prove_local(challenge, data)
+    def prove_local(self, challenge: bytes, data: bytes) -> tuple[RobotId, int, bytes]:
+        """Return which robot on this machine has a body here, in which slot, and the proof for it.
+
+        Raises WireError if none has.
+        """
+        robot, proof = self._links.prove_local(challenge, data)
+        return robot, self._bodies.robots[robot], proof
 
     def remove_absent(self, now_s: float) -> None:
         """Remove the bodies of robots that have been offline for too long."""

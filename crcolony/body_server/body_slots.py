@@ -54,8 +54,11 @@ class BodySlots(ABC):
         """Names of the colonies, by number"""
         self.counts: Counter[str] = Counter()
         """Refused requests and actions, by reason: full, unknown, malformed, forged, stale, too many"""
+        self.slots = slots
         self._period_s, self._grace_s = period_s, grace_s
         self._occupants: list[RobotId | None] = [None] * slots
+        self._ids = np.zeros((slots, 2), dtype=np.int64)
+        """The ids of the robots, as two words each"""
         self._colony_numbers = np.full(slots, -1, dtype=np.int64)
         self._offline: dict[RobotId, float] = {}
         """Robots with a body that are offline, and since when"""
@@ -116,10 +119,14 @@ class BodySlots(ABC):
         except ValueError as error:
             raise self._no_body(f"full: {error}") from None
         self.robots[robot] = slot
-        self._occupants[slot] = robot
+        self._occupy(slot, robot)
         self._colony_numbers[slot] = number
         self._answered[slot] = self.tick
         return slot
+
+    def _occupy(self, slot: int, robot: RobotId) -> None:
+        self._occupants[slot] = robot
+        self._ids[slot] = np.frombuffer(robot, dtype=np.int64)
 
     def leave(self, robot: RobotId) -> None:
         """Remove a robot's body, if it has one."""

@@ -13,6 +13,13 @@ import msgspec
 import numpy as np
 
 from crcolony.body import contract
+from crcolony.body.shared_pages import (
+    MALFORMED,
+    STALE,
+    Pages,
+    take_actions,
+    write_observations,
+)
 from crcolony.body_server.body_slots import BodySlots
 from crcolony.compiled import FloatArray
 from crcolony.config import Config
@@ -23,6 +30,8 @@ from crcolony.protocol.telemetry_messages import MAX_ARENA_SETTINGS, ArenaMetada
 from crcolony.world.arena import Arena
 from crcolony.world.tick import step_world
 
+_LIMITS: FloatArray = np.array(contract.limits(contract.ACTION))
+"""The lowest and the highest action"""
 _WHEELS = [contract.WHEEL_LEFT, contract.WHEEL_RIGHT]
 
 
@@ -61,6 +70,8 @@ class ArenaNode(BodySlots):
         self._actions = np.zeros((slots, contract.ACTION_WIDTH))
         self._fresh = np.zeros(slots, dtype=np.bool_)
         """Whether the action of a slot has arrived since the last tick"""
+        self._counts = np.zeros(3, dtype=np.int64)
+        """What became of the last actions from this machine"""
         self.is_held = False
         """Whether an emergency stop holds all bodies: no wheel turns then"""
 
@@ -98,6 +109,30 @@ class ArenaNode(BodySlots):
         """Apply the action of a robot of this process in the next tick; it must be within the limits."""
         self._act(slot, action)
         self._answered[slot] = self.tick
+
+    def take_actions(self, pages: Pages) -> None:
+        """Apply the actions that robots on this machine have written into the memory that they share."""
+        counts = self._counts
+        counts[:] = 0
+        take_actions(
+            pages,
+            self.tick,
+            self.lockstep,
+            self._period_s,
+            _LIMITS,
+            self._answered,
+            self._actions,
+            self._fresh,
+            counts,
+        )
+        if counts[STALE] or counts[MALFORMED]:
+            self.counts["stale"] += int(counts[STALE])
+            self.counts["malformed"] += int(counts[MALFORMED])
+
+    def write_observations(self, pages: Pages) -> None:
+        """Write the observations of this tick into the memory that robots on this machine share."""
+        rows = self.arena.world.observations[-1]
+        write_observations(pages, self.tick, rows, self._ids, self._colony_numbers)
 
     @property
     def is_ready(self) -> bool:
@@ -154,7 +189,7 @@ class ArenaNode(BodySlots):
         self.colonies = list(saved["colonies"])
         self._occupants = [None] * len(self._occupants)
         for robot, slot in self.robots.items():
-            self._occupants[slot] = robot
+            self._occupy(slot, robot)
         self._colony_numbers[:] = self.arena.world.colonies
         self._offline.clear()
         self._actions[...] = saved["actions"]

@@ -11,6 +11,7 @@ import msgspec
 from crcolony.body.settings import CyberRodent
 from crcolony.errors import CrcolonyError
 from crcolony.nodes.arena_changes import ArenaChanges
+from crcolony.nodes.control_step import ControlStep
 from crcolony.nodes.link_recovery import LinkRecovery
 from crcolony.nodes.link_to_body import LinkToBody, UnknownArenaError
 from crcolony.nodes.node_inputs import EmbodimentOptions, ProcessCallbacks
@@ -19,6 +20,7 @@ from crcolony.nodes.robot_node import RobotNode
 from crcolony.nodes.waiting_for_body import WaitingForBody
 from crcolony.protocol.body_messages import BodyGranted
 from crcolony.protocol.codec import VERSION, WireError
+from crcolony.protocol.identity import RobotId
 from crcolony.protocol.telemetry_messages import decode_scene
 from crcolony.robot.batch import step_parameters
 from crcolony.transport.interface import (
@@ -72,7 +74,15 @@ class EmbodiedRobot:
             transport.publish_action,
             process.local_link,
         )
-        self._observed_s = self._join_due_s = self._state_due_s = -math.inf
+        self._control = ControlStep(
+            node,
+            self._body,
+            process.local_link,
+            options.config.generations,
+            process.print_line,
+            self._handle_contact,
+        )
+        self._join_due_s = self._state_due_s = -math.inf
         self._snapshot_due_s = math.inf
         self._waiting = WaitingForBody(options.arena)
         self._arena_changes = ArenaChanges()
@@ -98,7 +108,11 @@ class EmbodiedRobot:
     @property
     def is_done(self) -> bool:
         """Whether it has completed the last generation of its config."""
-        return 0 < self._config.generations <= self.node.robot.generation
+        return self._control.is_done
+
+    def answer_quietly(self, now_s: float) -> bool:
+        """See `ControlStep.answer_quietly`."""
+        return self._control.answer_quietly(now_s)
 
     @property
     def has_body(self) -> bool:
@@ -108,12 +122,12 @@ class EmbodiedRobot:
     @property
     def observed_s(self) -> float:
         """When the last observation, or the grant of the body, arrived."""
-        return self._observed_s
+        return self._control.observed_s
 
     @property
     def next_s(self) -> float:
         """When `handle_timers` is due."""
-        join_s = max(self._join_due_s, self._observed_s + _OBSERVATION_TIMEOUT_S)
+        join_s = max(self._join_due_s, self._control.observed_s + _OBSERVATION_TIMEOUT_S)
         return min(self.node.next_s, self._state_due_s, self._snapshot_due_s, join_s)
 
     def handle_event(self, now_s: float, event: InboundEvent) -> None:
@@ -121,10 +135,10 @@ class EmbodiedRobot:
         node = self.node
         match event:
             case ObservationReceived(observation=observation) | (LocalObservation() as observation):
-                self._handle_observation(now_s, observation)
+                self._control.handle_observation(now_s, observation)
             case EnvelopeReceived(envelope=envelope):
                 node.handle_envelope(now_s, envelope)
-                self._act_if_settled()
+                self._control.act_if_settled()
             case RobotOnline(robot=robot, incarnation=incarnation, session=session):
                 self._links.handle_online(robot)
                 node.handle_peer_online(now_s, robot, incarnation, session)
@@ -133,7 +147,7 @@ class EmbodiedRobot:
                 node.handle_peer_offline(now_s, robot, incarnation, session)
                 if robot not in node.peers:
                     self._links.handle_offline(now_s, robot)
-                self._act_if_settled()
+                self._control.act_if_settled()
             case SceneReceived(scene=scene):
                 self._handle_scene(now_s, scene)
             case IncompatiblePeer(robot=robot, version=version) if robot not in node.peers:
@@ -178,7 +192,7 @@ class EmbodiedRobot:
             self.report_fault(f"arena {self._arena}: {error}")
             return
         if isinstance(reply, BodyGranted):
-            self._observed_s = now_s
+            self._control.observed_s = now_s
             self._use_body(reply, reply.arena_run != former_run)
         elif reply is not None:
             self._waiting.handle_denial(reply.reason)
@@ -214,45 +228,6 @@ class EmbodiedRobot:
         self.node.arena = ""
         self._request_body(now_s)  # of another run that is online already
 
-    def _handle_observation(self, now_s: float, observation: bytes | LocalObservation) -> None:
-        body, node = self._body, self.node
-        try:
-            sensed = body.sense(observation)
-        except WireError as error:
-            node.report_fault(f"refused observation: {error}")
-            return
-        if sensed is None:
-            return
-        tick, row, contact = sensed
-        if tick <= body.tick:
-            if tick == body.tick and body.is_in_lockstep and body.has_acted:
-                body.act()
-            return
-        node.period_ms = min(1000.0 * (now_s - self._observed_s), 1e9)
-        self._observed_s = now_s
-        body.answer(tick, node.robot.step(row))
-        if contact is not None:
-            met = contact.robot
-            self._reconnect(now_s, self._links.handle_contact(now_s, met, met in node.peers))
-        node.handle_step_events(now_s, tick, contact)
-        self._act_if_settled()
-
-    def _act_if_settled(self) -> None:
-        """Publish the action, and advance the slice; in lockstep only when no mating is open."""
-        body, node = self._body, self.node
-        if not body.can_act or (body.is_in_lockstep and not node.is_settled):
-            return
-        generation = node.robot.generation
-        body.has_acted = True
-        if node.robot.events:
-            node.advance_slice()
-        if not self.is_done:
-            body.act()
-        if node.robot.generation > generation:
-            self._process.print_line(
-                f"generation {node.robot.generation}, {node.matings} matings so far"
-            )
-
     # The clock -------------------------------------------------------------------------------------------------
 
     def handle_timers(self, now_s: float) -> None:
@@ -260,13 +235,13 @@ class EmbodiedRobot:
         node = self.node
         if now_s >= node.next_s:
             node.handle_timeouts(now_s)
-            self._act_if_settled()
+            self._control.act_if_settled()
         if now_s >= self._state_due_s:
             self._state_due_s = now_s + self._options.state_period_s
             node.publish_state(self._process.count_dropped())
             if self._body.lease is None:
                 node.telemetry.publish_activity(self._waiting.reason)
-        if now_s >= self._join_due_s and now_s >= self._observed_s + _OBSERVATION_TIMEOUT_S:
+        if now_s >= self._join_due_s and now_s >= self._control.observed_s + _OBSERVATION_TIMEOUT_S:
             self._request_body(now_s)
             self._print_waiting(now_s)
         self._links.remove_expired(now_s)
@@ -280,6 +255,10 @@ class EmbodiedRobot:
         if now_s >= self._snapshot_due_s:
             self._snapshot_due_s = now_s + self._options.snapshot_s
             node.save()
+
+    def _handle_contact(self, now_s: float, robot: RobotId) -> None:
+        is_online = robot in self.node.peers
+        self._reconnect(now_s, self._links.handle_contact(now_s, robot, is_online))
 
     def _handle_scene(self, now_s: float, data: bytes) -> None:
         try:
@@ -296,4 +275,4 @@ class EmbodiedRobot:
         self._process.reconnect()
         for peer in self.node.handle_reconnection(now_s):
             self._links.handle_offline(now_s, peer)
-        self._act_if_settled()
+        self._control.act_if_settled()

@@ -44,7 +44,7 @@ class ArenaProcess:
         """Simulate one control period, and publish the observations."""
         node = self._arena.node
         node.step()
-        self._arena.publish_observations(node.robots)
+        self._arena.publish_tick(node.robots)
 
     def _run_in_lockstep(self, is_stopped: Callable[[], bool]) -> None:
         node = self._arena.node

@@ -69,9 +69,7 @@ class HostProcess:
         self._robots.set_actions(node)
         node.step()
         self._robots.step(time.monotonic(), node)
-        self._arena.publish_observations(
-            robot for robot in node.robots if robot not in self._robots
-        )
+        self._arena.publish_tick(robot for robot in node.robots if robot not in self._robots)
 
     def handle_event(self, event: InboundEvent) -> None:
         """Pass an inbound event to the robots, to the arena, or to both."""

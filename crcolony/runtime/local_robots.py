@@ -1,27 +1,41 @@
 """How the process of an arena or a bridge comes to share memory with the robots on its machine."""
 
-import contextlib
 from collections.abc import Callable
 
 from crcolony.body_server.body_server import BodyServer
+from crcolony.body_server.body_slots import BodySlots
 from crcolony.protocol.identity import RobotId
 from crcolony.transport.inbox import Inbox
-from crcolony.transport.local_robots import LocalRobots
+from crcolony.transport.local_robots import LocalRobots, LocalRobotsUser
 from crcolony.transport.local_socket import HAS_LOCAL_LINKS
 
 
 def accept_local_robots(
-    server: BodyServer, arena_run: int, inbox: Inbox, publish: Callable[[RobotId, bytes], None]
+    server: BodyServer,
+    bodies: BodySlots,
+    inbox: Inbox,
+    publish: Callable[[RobotId, bytes], None],
+    on_actions: Callable[[], None] | None = None,
 ) -> None:
     """Share memory with the robots on this machine, where that is possible; all others use the network, with `publish`.
 
-    A robot gets the present observation as soon as its link is open.
+    A robot gets the present observation as soon as its link is open. `on_actions` takes the actions of all robots at
+    once; without it they are applied one by one.
     """
-    if HAS_LOCAL_LINKS:
-        with contextlib.suppress(OSError):  # a system that has no such sockets or memory
-            server.local_robots = LocalRobots(
-                arena_run,
-                inbox,
-                server.prove_local,
-                lambda robot: server.publish_observations([robot], publish),
-            )
+    if not HAS_LOCAL_LINKS:
+        return
+
+    def apply_actions() -> None:
+        for robot, tick, row in local.take_actions():
+            bodies.apply_row(robot, tick, row)
+
+    user = LocalRobotsUser(
+        server.prove_local,
+        lambda robot: server.publish_observations([robot], publish),
+        on_actions or apply_actions,
+    )
+    try:
+        local = LocalRobots(bodies.arena_run, bodies.slots, inbox, user)
+    except OSError:  # a system that has no such sockets or memory
+        return
+    server.local_robots = local

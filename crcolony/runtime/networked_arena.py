@@ -50,8 +50,21 @@ class NetworkedArena:
     def accept_local_robots(self, inbox: Inbox) -> None:
         """Share memory with the robots on this machine, where that is possible."""
         accept_local_robots(
-            self._server, self.node.arena_run, inbox, self._transport.publish_observation
+            self._server,
+            self.node,
+            inbox,
+            self._transport.publish_observation,
+            lambda: self.node.take_actions(self._server.local_robots.pages),
         )
+
+    def publish_tick(self, robots: Iterable[RobotId]) -> None:
+        """Publish the observations of a new tick, to these robots and to those on this machine."""
+        local = self._server.local_robots
+        if local:
+            self.node.write_observations(local.pages)
+            local.ring_all()
+            robots = [robot for robot in robots if robot not in local]
+        self.publish_observations(robots)
 
     def publish_observations(self, robots: Iterable[RobotId]) -> None:
         """Publish the present observations of these robots' bodies."""

@@ -17,6 +17,9 @@ from crcolony.transport.zenoh_robots import RobotTransport
 _MAX_WAIT_S = 0.5
 """The longest wait for an event, so that a shutdown is noticed, and the time between two attempts to connect."""
 
+_MAX_QUIET_S = 0.05
+"""The longest time for which nothing but observations is handled: other timers are due now and then."""
+
 
 class RobotProcess:
     """Runs one robot until it is stopped, or has completed the last generation.
@@ -57,6 +60,7 @@ class RobotProcess:
         self._transport.add_robot(node.id, node.incarnation)
         try:
             while not is_stopped() and not robot.is_done:
+                self._answer_quietly()
                 wait_s = min(robot.next_s - time.monotonic(), _MAX_WAIT_S)
                 event = self._inbox.get(max(wait_s, 0.0))
                 if event is not None:
@@ -68,6 +72,17 @@ class RobotProcess:
                 self._local.close()
             self._transport.remove_robot(node.id)
         node.save()
+
+    def _answer_quietly(self) -> None:
+        """Answer observations of a body on this machine until anything else happens, or is due."""
+        local, robot = self._local, self._robot
+        if local is None or not local.is_open:
+            return
+        until_s = min(robot.next_s, time.monotonic() + _MAX_QUIET_S)
+        while local.wait_for_quiet(until_s):
+            if not robot.answer_quietly(time.monotonic()):
+                local.observe()
+                return
 
     def _handle_timers(self, now_s: float) -> None:
         self._connection.handle_timers(now_s)

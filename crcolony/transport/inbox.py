@@ -74,21 +74,39 @@ class Inbox:
         self._wakeup.ring()
 
     def get(self, timeout_s: float) -> InboundEvent | None:
-        """Wait for the next event and return it; return None after the timeout, or when woken."""
+        """Wait for the next event and return it; return None after the timeout, when woken, or for files' sake."""
         if self._urgent:
             return self._urgent.popleft()
-        if self._handlers:  # what a local link brings precedes what the network has brought
-            self._handle_files(0.0)
-        if not self._urgent and not self._others and timeout_s > 0.0:
+        # What a local link brings precedes what the network has brought.
+        has_handled = bool(self._handlers) and self._handle_files(0.0)
+        if not has_handled and not self._urgent and not self._others and timeout_s > 0.0:
             self._handle_files(timeout_s)
         return self._urgent.popleft() if self._urgent else self._others.get()
 
-    def _handle_files(self, timeout_s: float) -> None:
-        for descriptor in self._wakeup.wait(timeout_s):
+    def _handle_files(self, timeout_s: float) -> bool:
+        """Handle the files that are ready; return whether there were any."""
+        ready = self._wakeup.wait(timeout_s)
+        for descriptor in ready:
             if descriptor in self._handlers:  # it may have been forgotten a moment ago
                 self._handlers[descriptor]()
+        return bool(ready)
 
     # Files, on Linux only -------------------------------------------------------------------------------------------
+
+    def wait_for_bell(self, bell: int, timeout_s: float) -> bool:
+        """Wait, and return whether nothing happened but that an eventfd was rung, which is not handled then.
+
+        Everything else is handled, and waits for `get`.
+        """
+        if self._urgent or self._others or timeout_s <= 0.0:
+            return False
+        ready = self._wakeup.wait(timeout_s)
+        if ready == [bell] and not self._urgent and not self._others:
+            return True
+        for descriptor in ready:
+            if descriptor in self._handlers:
+                self._handlers[descriptor]()
+        return False
 
     def put_urgent(self, event: InboundEvent) -> None:
         """Enqueue an event of a file that is ready; only for handlers, in the loop's own thread."""

@@ -10,6 +10,7 @@ from typing import Literal, Protocol
 
 import msgspec
 
+from crcolony.body.shared_pages import Pages, no_pages
 from crcolony.compiled import FloatArray
 from crcolony.errors import CrcolonyError
 from crcolony.protocol.body_messages import Contact
@@ -120,16 +121,6 @@ class LocalObservation(msgspec.Struct, frozen=True, gc=False):
     contact: Contact | None
 
 
-class LocalAction(msgspec.Struct, frozen=True, gc=False):
-    """An action of a robot on the same machine, for the arena."""
-
-    robot: RobotId
-    tick: int
-    """Of the observation that it answers"""
-    row: FloatArray
-    """(ACTION_WIDTH,), not checked"""
-
-
 @dataclass(frozen=True)
 class QueryReceived:
     """A query that is answered, at most once, by calling `reply`."""
@@ -154,7 +145,6 @@ InboundEvent = (
     | SceneReceived
     | ActionReceived
     | LocalObservation
-    | LocalAction
     | QueryReceived
 )
 Deliver = Callable[[InboundEvent], None]
@@ -205,6 +195,13 @@ class LinkOnThisMachine(Protocol):
         """
         ...
 
+    def quiet_observation(self, tick: int) -> FloatArray | None:
+        """Return the observation (OBSERVATION_WIDTH,) of a tick if it is the latest, and without a contact.
+
+        It is not checked, and overwritten after two ticks.
+        """
+        ...
+
     def publish_action(self, tick: int, row: FloatArray) -> None:
         """Send the action (ACTION_WIDTH,) that answers the observation of a tick."""
         ...
@@ -218,21 +215,36 @@ class NoLinkOnThisMachine:
     def open(self, robot: RobotId, arena_run: int, keys: LinkKeys) -> None:
         """See `LinkOnThisMachine`."""
 
+    def quiet_observation(self, tick: int) -> FloatArray | None:
+        """See `LinkOnThisMachine`."""
+        return None
+
     def publish_action(self, tick: int, row: FloatArray) -> None:
         """See `LinkOnThisMachine`."""
 
 
 class RobotsOnThisMachine(Protocol):
-    """Carries the rows of robots on the same machine as their bodies; their actions arrive as `LocalAction`."""
+    """Carries the rows of robots on the same machine as their bodies."""
+
+    @property
+    def pages(self) -> Pages:
+        """The memory with their rows."""
+        ...
 
     def __contains__(self, robot: RobotId) -> bool:
         """Return whether it carries the rows of this robot."""
         ...
 
+    def __len__(self) -> int: ...
+
     def publish_observation(
         self, robot: RobotId, tick: int, row: FloatArray, contact: Contact | None
     ) -> None:
         """Give one of these robots the observation (OBSERVATION_WIDTH,) of a tick."""
+        ...
+
+    def ring_all(self) -> None:
+        """Tell all of them that the observations of a tick are in the memory."""
         ...
 
     def remove(self, robot: RobotId) -> None:
@@ -243,12 +255,21 @@ class RobotsOnThisMachine(Protocol):
 class NoRobotsOnThisMachine:
     """All rows go over the network."""
 
+    def __init__(self) -> None:
+        self.pages = no_pages()
+
     def __contains__(self, robot: RobotId) -> bool:
         return False
+
+    def __len__(self) -> int:
+        return 0
 
     def publish_observation(
         self, robot: RobotId, tick: int, row: FloatArray, contact: Contact | None
     ) -> None:
+        """See `RobotsOnThisMachine`."""
+
+    def ring_all(self) -> None:
         """See `RobotsOnThisMachine`."""
 
     def remove(self, robot: RobotId) -> None:

@@ -1,8 +1,9 @@
-"""The link of a robot to its body on the same machine (Linux): a memory, and two doorbells."""
+"""The link of a robot to its body on the same machine (Linux): a page of memory, and two doorbells."""
 
 import contextlib
 import os
 import socket
+import time
 
 from crcolony.compiled import FloatArray
 from crcolony.protocol.body_messages import LocalLink
@@ -11,8 +12,8 @@ from crcolony.protocol.identity import RobotId
 from crcolony.protocol.link_keys import LinkKeys
 from crcolony.protocol.local_link import CHALLENGE_BYTES, check_body, prove_robot
 from crcolony.transport.inbox import Inbox
-from crcolony.transport.local_socket import connect_to_arena
-from crcolony.transport.shared_rows import SharedRows
+from crcolony.transport.local_socket import PAGE_NUMBER, connect_to_arena
+from crcolony.transport.shared_rows import RowPage, map_page
 
 _DESCRIPTORS = 3
 """The memory, the robot's doorbell, and the arena's"""
@@ -24,15 +25,16 @@ class LocalBody:
     def __init__(self, inbox: Inbox) -> None:
         self._inbox = inbox
         self._connection: socket.socket | None = None
-        self._rows: SharedRows | None = None
+        self._page: RowPage | None = None
         self._bells: list[int] = []
+        """The robot's, and the arena's"""
         self._link = LocalLink(b"", 0, b"")
         self._keys = LinkKeys(b"", b"")
 
     @property
     def is_open(self) -> bool:
         """See `LinkOnThisMachine`."""
-        return self._rows is not None
+        return self._page is not None
 
     def open(self, robot: RobotId, arena_run: int, keys: LinkKeys) -> None:
         """See `LinkOnThisMachine`."""
@@ -44,11 +46,30 @@ class LocalBody:
             self._link, self._keys = LocalLink(robot, arena_run, b""), keys
             self._inbox.watch(self._connection.fileno(), self._receive)
 
+    def quiet_observation(self, tick: int) -> FloatArray | None:
+        """See `LinkOnThisMachine`."""
+        return self._page.quiet_observation(tick) if self._page is not None else None
+
     def publish_action(self, tick: int, row: FloatArray) -> None:
         """See `LinkOnThisMachine`."""
-        assert self._rows is not None
-        self._rows.publish_action(tick, row)
+        assert self._page is not None
+        self._page.write_action(tick, row)
         os.eventfd_write(self._bells[1], 1)
+
+    def wait_for_quiet(self, until_s: float) -> bool:
+        """Wait until the body's process rings, and return whether that is all that happened until then.
+
+        If not, what happened is in the inbox, the latest observation included.
+        """
+        if self._page is None:
+            return False
+        return self._inbox.wait_for_bell(self._bells[0], until_s - time.monotonic())
+
+    def observe(self) -> None:
+        """Put the latest observation into the inbox."""
+        observation = self._page.read_observation() if self._page is not None else None
+        if observation is not None:
+            self._inbox.put_urgent(observation)
 
     def close(self) -> None:
         """End the link; rows go over the network."""
@@ -57,8 +78,8 @@ class LocalBody:
         self._inbox.forget(self._connection.fileno())
         self._connection.close()
         self._connection = None
-        if self._rows is not None:
-            self._rows = None
+        if self._page is not None:
+            self._page = None
             self._inbox.forget(self._bells[0])
         for bell in self._bells:
             os.close(bell)
@@ -72,9 +93,9 @@ class LocalBody:
                 self._connection, MAX_BODY_MESSAGE_BYTES, _DESCRIPTORS, socket.MSG_CMSG_CLOEXEC
             )
             if self.is_open or not data:
-                self._discard(descriptors)
+                _close_all(descriptors)
             elif not self._link.challenge:
-                self._discard(descriptors)
+                _close_all(descriptors)
                 self._answer(data)
                 return
             elif self._take(data, descriptors):
@@ -91,27 +112,23 @@ class LocalBody:
         self._connection.send(prove_robot(self._link, self._keys))
 
     def _take(self, data: bytes, descriptors: list[int]) -> bool:
-        """Use the memory of a process that has the keys of the link; return whether it is such a process."""
+        """Use the page of a process that has the keys of the link; return whether it is such a process."""
         try:
-            check_body(data, self._link, self._keys)
+            check_body(data[: -PAGE_NUMBER.size], self._link, self._keys)
+            (number,) = PAGE_NUMBER.unpack(data[-PAGE_NUMBER.size :])
             memory, *bells = descriptors
-            rows = SharedRows(memory)
-            self._inbox.watch(bells[0], self._observe, is_bell=True)
+            page = map_page(memory, number)
+            self._inbox.watch(bells[0], self.observe, is_bell=True)
         except (WireError, OSError, ValueError, IndexError):
-            self._discard(descriptors)
+            _close_all(descriptors)
             return False
         os.close(memory)
-        self._rows, self._bells = rows, bells
-        self._observe()  # what was published before
+        self._page, self._bells = page, bells
+        self.observe()  # what was published before
         return True
 
-    def _observe(self) -> None:
-        observation = self._rows.observation() if self._rows is not None else None
-        if observation is not None:
-            self._inbox.put_urgent(observation)
 
-    @staticmethod
-    def _discard(descriptors: list[int]) -> None:
-        for descriptor in descriptors:
-            with contextlib.suppress(OSError):
-                os.close(descriptor)
+def _close_all(descriptors: list[int]) -> None:
+    for descriptor in descriptors:
+        with contextlib.suppress(OSError):
+            os.close(descriptor)

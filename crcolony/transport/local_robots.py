@@ -1,35 +1,47 @@
-"""The links of an arena to the robots on the same machine (Linux): one memory and one doorbell for each of them."""
+"""The links of an arena or a bridge to the robots on its machine (Linux): a page and a doorbell for each of them."""
 
 import contextlib
 import os
 import secrets
 import socket
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from crcolony.body.shared_pages import Pages
 from crcolony.compiled import FloatArray
 from crcolony.protocol.body_messages import Contact
 from crcolony.protocol.codec import MAX_BODY_MESSAGE_BYTES, WireError
 from crcolony.protocol.identity import RobotId
 from crcolony.protocol.local_link import CHALLENGE_BYTES
 from crcolony.transport.inbox import Inbox
-from crcolony.transport.local_socket import is_of_this_user, listen_for_robots
-from crcolony.transport.shared_rows import SharedRows, create_shared_memory
+from crcolony.transport.local_socket import PAGE_NUMBER, is_of_this_user, listen_for_robots
+from crcolony.transport.shared_rows import RowPage, SharedPages
 
 _MAX_UNPROVED = 128
 """Connections that have not proved yet which robot they are; the oldest makes room."""
 
-Verify = Callable[[bytes, bytes], tuple[RobotId, bytes]]
-"""Returns, of a challenge and a proof, the robot and what proves to it that this is its body; raises WireError"""
+
+@dataclass(frozen=True)
+class LocalRobotsUser:
+    """What a process does with the robots on its machine."""
+
+    verify: Callable[[bytes, bytes], tuple[RobotId, int, bytes]]
+    """Returns, of a challenge and a proof, the robot, its slot, and what proves to it that this is its body; raises
+    WireError"""
+    on_open: Callable[[RobotId], None]
+    """Is called with a robot whose link has been opened: its present observation is to be published again"""
+    on_actions: Callable[[], None]
+    """Is called when robots have acted"""
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Robot:
     """A robot on this machine; its connection ends with it."""
 
     connection: socket.socket
-    rows: SharedRows
+    slot: int
+    page: RowPage
     bell: int
     """The descriptor of the eventfd that tells it of a new observation"""
 
@@ -37,38 +49,59 @@ class _Robot:
 class LocalRobots:
     """Accepts the robots of this machine, of the same user, that prove to have a body in this run of an arena.
 
-    `on_open` is called with every robot whose link has been opened: its present observation is to be published again.
+    Raises OSError where there are no such sockets, or no such memory.
     """
 
-    def __init__(
-        self, arena_run: int, inbox: Inbox, verify: Verify, on_open: Callable[[RobotId], None]
-    ) -> None:
-        self._inbox, self._verify, self._on_open = inbox, verify, on_open
+    def __init__(self, arena_run: int, slots: int, inbox: Inbox, user: LocalRobotsUser) -> None:
+        self._inbox, self._user = inbox, user
         self._robots: dict[RobotId, _Robot] = {}
         self._unproved: dict[int, tuple[socket.socket, bytes]] = {}
         """Connections and their challenges, by descriptor"""
+        self._memory = SharedPages(slots)
         self._listening = listen_for_robots(arena_run)
         self._bell = _new_bell()
         """Robots ring it when they have acted"""
         weakref.finalize(self, os.close, self._bell)
         inbox.watch(self._listening.fileno(), self._accept)
-        inbox.watch(self._bell, self._take_actions, is_bell=True)
+        inbox.watch(self._bell, user.on_actions, is_bell=True)
 
     def __contains__(self, robot: RobotId) -> bool:
         return robot in self._robots
+
+    def __len__(self) -> int:
+        return len(self._robots)
+
+    @property
+    def pages(self) -> Pages:
+        """The memory with the rows of all of them."""
+        return self._memory.arrays
+
+    def take_actions(self) -> Iterator[tuple[RobotId, int, FloatArray]]:
+        """Yield robot, tick and row (ACTION_WIDTH,) of every action since the last call, one by one."""
+        taken = self._memory.arrays.taken
+        for robot, there in self._robots.items():
+            action = there.page.read_action(int(taken[there.slot]))
+            if action is not None:
+                taken[there.slot] = action[0]
+                yield robot, *action
 
     def publish_observation(
         self, robot: RobotId, tick: int, row: FloatArray, contact: Contact | None
     ) -> None:
         """Give a robot on this machine the observation of a tick."""
-        there = self._robots[robot]
-        there.rows.publish_observation(tick, row, contact)
-        os.eventfd_write(there.bell, 1)
+        self._robots[robot].page.write_observation(tick, row, contact)
+        os.eventfd_write(self._robots[robot].bell, 1)
+
+    def ring_all(self) -> None:
+        """Tell all robots that there is a new observation on their page."""
+        for robot in self._robots.values():
+            os.eventfd_write(robot.bell, 1)
 
     def remove(self, robot: RobotId) -> None:
         """End the link to a robot, if there is one: it has no body any more."""
         there = self._robots.pop(robot, None)
         if there is not None:
+            self._memory.end(there.slot)
             self._inbox.forget(there.connection.fileno())
             there.connection.close()
             os.close(there.bell)
@@ -82,12 +115,7 @@ class LocalRobots:
         for descriptor in list(self._unproved):
             self._drop(descriptor)
         self._inbox.forget(self._bell)
-
-    def _take_actions(self) -> None:
-        for robot, there in self._robots.items():
-            action = there.rows.take_action(robot)
-            if action is not None:
-                self._inbox.put_urgent(action)
+        self._memory.close()
 
     def _accept(self) -> None:
         try:
@@ -109,41 +137,35 @@ class LocalRobots:
                 return
         connection.close()
 
-    def _drop(self, descriptor: int) -> socket.socket:
+    def _drop(self, descriptor: int) -> None:
         connection, _ = self._unproved.pop(descriptor)
         self._inbox.forget(descriptor)
         connection.close()
-        return connection
 
     def _open(self, descriptor: int) -> None:
         """Handle what a connection sends as its proof."""
         connection, challenge = self._unproved[descriptor]
         try:
-            robot, proof = self._verify(challenge, connection.recv(MAX_BODY_MESSAGE_BYTES))
-            there = self._share_memory(connection, proof)
+            data = connection.recv(MAX_BODY_MESSAGE_BYTES)
+            robot, slot, proof = self._user.verify(challenge, data)
+            bell = _new_bell()
         except (WireError, OSError):
             self._drop(descriptor)
             return
         del self._unproved[descriptor]
         self._inbox.forget(descriptor)
         self.remove(robot)  # an earlier connection of a process that was restarted
+        there = _Robot(connection, slot, self._memory.begin(slot), bell)
         self._robots[robot] = there
         self._inbox.watch(descriptor, lambda: self._end(robot, there))
-        self._on_open(robot)
-
-    def _share_memory(self, connection: socket.socket, proof: bytes) -> _Robot:
-        memory = create_shared_memory()
         try:
-            bell = _new_bell()
-            try:
-                there = _Robot(connection, SharedRows(memory), bell)
-                socket.send_fds(connection, [proof], [memory, bell, self._bell])
-            except OSError:
-                os.close(bell)
-                raise
-        finally:
-            os.close(memory)
-        return there
+            number = PAGE_NUMBER.pack(self.pages.page_of[slot])
+            descriptors = [self._memory.descriptor, bell, self._bell]
+            socket.send_fds(connection, [proof, number], descriptors)
+        except OSError:
+            self.remove(robot)
+        else:
+            self._user.on_open(robot)
 
     def _end(self, robot: RobotId, there: _Robot) -> None:
         """The robot's process has ended, or closed the link: it has nothing to say over the connection."""

@@ -9,10 +9,13 @@ import socket
 import struct
 import sys
 
-from crcolony.transport.shared_rows import LAYOUT
+from crcolony.body.shared_pages import LAYOUT
 
 HAS_LOCAL_LINKS = sys.platform == "linux"
 """Whether robot and body can share memory on this system"""
+
+PAGE_NUMBER = struct.Struct("<I")
+"""Behind the proof of the body's process: which page of its memory is the robot's"""
 
 _CREDENTIALS = struct.Struct("3i")
 """Process, user and group at the other end"""

@@ -44,7 +44,7 @@ class BridgeProcess:
     ) -> None:
         self._bodies, self._transport, self._inbox = bodies, transport, inbox
         self._server = BodyServer(bodies, identity, transport.remove_robot, print_line, name)
-        accept_local_robots(self._server, bodies.arena_run, inbox, transport.publish_observation)
+        accept_local_robots(self._server, bodies, inbox, transport.publish_observation)
         self._relay, self._connection = relay, connection
         self._absent = AbsentRobots(self._server.online)
         self._removal_due_s = 0.0

@@ -128,6 +128,24 @@ class Compiled(Generic[Parameters, Result]):
         return self.dispatcher(*args, **kwargs)
 
 
+def direct(
+    function: Callable[Parameters, Result], *examples: Parameters.args, **_: Parameters.kwargs
+) -> Callable[Parameters, Result]:
+    """Return a compiled function for arguments of the same types as these examples, which it does not check.
+
+    With dozens of arrays the check takes longer than most calls do.
+    """
+    if not isinstance(function, Compiled):
+        return function
+    import numba
+
+    dispatcher: Any = function.dispatcher
+    types = tuple(map(numba.typeof, examples))
+    dispatcher.compile(types)
+    entry_point: Callable[Parameters, Result] = dispatcher.overloads[types].entry_point
+    return entry_point
+
+
 def compiled(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
     """Compile `function` with numba, keeping its Python signature for the type checker.
 

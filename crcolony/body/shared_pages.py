@@ -17,8 +17,10 @@ from crcolony.body.contract import (
     ENCOUNTER,
     ENCOUNTER_NONCE,
     ENCOUNTER_ROBOT,
+    OBSERVATION,
     OBSERVATION_WIDTH,
     TTL,
+    limits,
 )
 from crcolony.compiled import FloatArray, IntArray, compiled
 
@@ -42,8 +44,40 @@ ACTION_AT = OBSERVATION_AT + 2 * OBSERVATION_WORDS
 """The word with the tick of an even action; behind it the row"""
 ACTION_WORDS = 1 + ACTION_WIDTH
 
+_SENSED: FloatArray = np.clip(limits(OBSERVATION), -np.finfo(float).max, np.finfo(float).max)
+"""No number beyond is finite"""
+
 ACCEPTED, STALE, MALFORMED = 0, 1, 2
 """Columns of `taken`: how many actions were applied, late, or had a number that is not finite"""
+
+
+class Page(NamedTuple):
+    """The page of one robot."""
+
+    words: IntArray
+    """(PAGE_WORDS,)"""
+    numbers: FloatArray
+    """The same memory, as numbers"""
+    limits: FloatArray
+    """The least and the most that a body can sense, all finite, shape (2, OBSERVATION_WIDTH)"""
+
+
+def page_of(words: IntArray) -> Page:
+    """Return the page in these words (PAGE_WORDS,)."""
+    return Page(words, words.view(np.float64), _SENSED)
+
+
+def new_page() -> Page:
+    """Return a page without rows that is not shared."""
+    words = np.zeros(PAGE_WORDS, dtype=np.int64)
+    words[[LATEST_OBSERVATION, LATEST_ACTION]] = NOTHING
+    return page_of(words)
+
+
+def action_on(page: Page, tick: int) -> FloatArray:
+    """Return a copy of the action (ACTION_WIDTH,) for a tick."""
+    at = ACTION_AT + (tick & 1) * ACTION_WORDS + 1
+    return page.numbers[at : at + ACTION_WIDTH].copy()
 
 
 class Pages(NamedTuple):
@@ -104,7 +138,7 @@ def take_actions(
     tick: int,
     lockstep: bool,
     period_s: float,
-    limits: FloatArray,
+    action_limits: FloatArray,
     answered: IntArray,
     actions: FloatArray,
     fresh: NDArray[np.bool_],
@@ -112,7 +146,7 @@ def take_actions(
 ) -> None:
     """Take the actions that the robots have written since the last call, as `BodySlots.apply_row` does.
 
-    `limits` (2, ACTION_WIDTH) are the lowest and the highest action; `counts` (3,) counts what became of them.
+    `action_limits` (2, ACTION_WIDTH) are the lowest and the highest action; `counts` (3,) counts what became of them.
     """
     words, numbers = pages.words, pages.numbers
     for slot in range(pages.page_of.shape[0]):
@@ -128,7 +162,7 @@ def take_actions(
         is_finite = True
         for column in range(ACTION_WIDTH):
             is_finite &= math.isfinite(numbers[page, at + 1 + column])
-        ttl_s = min(max(numbers[page, at + 1 + TTL], limits[0, TTL]), limits[1, TTL])
+        ttl_s = min(max(numbers[page, at + 1 + TTL], action_limits[0, TTL]), action_limits[1, TTL])
         is_late = age > 0 if lockstep else 0.0 < ttl_s < age * period_s
         if not is_finite:
             counts[MALFORMED] += 1
@@ -136,8 +170,8 @@ def take_actions(
             counts[STALE] += 1
         else:
             for column in range(ACTION_WIDTH):
-                value = max(numbers[page, at + 1 + column], limits[0, column])
-                actions[slot, column] = min(value, limits[1, column])
+                value = max(numbers[page, at + 1 + column], action_limits[0, column])
+                actions[slot, column] = min(value, action_limits[1, column])
             if words[page, at] == latest:  # it was not overwritten meanwhile
                 answered[slot] = latest
                 fresh[slot] = True

@@ -9,6 +9,7 @@ from crcolony.commands.network_options import (
     add_clock,
     add_names,
     add_network,
+    add_no_shared_memory,
     config_for_robots,
     network_of,
     wall_period_s,
@@ -57,6 +58,7 @@ def add_launch(parser: argparse.ArgumentParser) -> None:
     add_no_plots(parser)
     add_clock(parser)
     add_network(parser)
+    add_no_shared_memory(parser)
     add_log_format(parser, "colony", "arena")
     parser.set_defaults(command=_launch)
     add_examples(
@@ -113,6 +115,7 @@ def _launch_from(server: "ForkServer", options: argparse.Namespace) -> int:
             minutes=options.minutes,
             has_dashboard=options.dashboard,
             has_plots=options.has_plots,
+            shares_memory=not options.no_shared_memory,
         )
         return run_launch(launch, folder, server)
 

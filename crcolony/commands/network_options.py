@@ -74,6 +74,15 @@ def add_network(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_no_shared_memory(parser: argparse.ArgumentParser) -> None:
+    """Add the option that keeps robots and bodies on one machine on the network."""
+    parser.add_argument(
+        "--no-shared-memory",
+        action="store_true",
+        help="speak over the network with a body on this machine, too",
+    )
+
+
 def network_of(options: argparse.Namespace, listens_here: bool = False) -> "NetworkSettings":
     """Return the network settings of the options; without any, processes of one machine find each other.
 

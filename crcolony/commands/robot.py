@@ -4,7 +4,13 @@ import argparse
 from pathlib import Path
 
 from crcolony.commands.earlier_run import Start, add_from
-from crcolony.commands.network_options import add_names, add_network, check_names, network_of
+from crcolony.commands.network_options import (
+    add_names,
+    add_network,
+    add_no_shared_memory,
+    check_names,
+    network_of,
+)
 from crcolony.commands.options import (
     UsageError,
     add_config,
@@ -52,6 +58,7 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
         help="time between two snapshots (default 10)",
     )
     add_network(parser)
+    add_no_shared_memory(parser)
     add_log_format(parser, "colony", "arena")
     parser.set_defaults(command=_robot)
     add_examples(
@@ -87,6 +94,7 @@ def _robot(options: argparse.Namespace) -> int:
             number=options.number,
             is_repeatable=options.repeatable,
             allow=options.allow,
+            shares_memory=not options.no_shared_memory,
             snapshot_s=options.snapshot,
             beginning=start.beginning(config, 1),
         ),

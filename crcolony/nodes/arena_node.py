@@ -6,7 +6,7 @@ set the actions of their bodies and read `arena` directly.
 In lockstep the arena waits for the actions of all that are online. It waits for a new robot from the next tick on.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import msgspec
@@ -21,7 +21,7 @@ from crcolony.body.shared_pages import (
     write_observations,
 )
 from crcolony.body_server.body_slots import BodySlots
-from crcolony.compiled import FloatArray
+from crcolony.compiled import FloatArray, direct
 from crcolony.config import Config
 from crcolony.nodes.reported_settings import settings_as_json
 from crcolony.nodes.scene import SceneBody, make_scene
@@ -70,6 +70,9 @@ class ArenaNode(BodySlots):
         self._actions = np.zeros((slots, contract.ACTION_WIDTH))
         self._fresh = np.zeros(slots, dtype=np.bool_)
         """Whether the action of a slot has arrived since the last tick"""
+        self._step_world: Callable[..., None] | None = None
+        self._take_actions: Callable[..., None] | None = None
+        self._write_observations: Callable[..., None] | None = None
         self._counts = np.zeros(3, dtype=np.int64)
         """What became of the last actions from this machine"""
         self.is_held = False
@@ -114,17 +117,13 @@ class ArenaNode(BodySlots):
         """Apply the actions that robots on this machine have written into the memory that they share."""
         counts = self._counts
         counts[:] = 0
-        take_actions(
-            pages,
-            self.tick,
-            self.lockstep,
-            self._period_s,
-            _LIMITS,
-            self._answered,
-            self._actions,
-            self._fresh,
-            counts,
-        )
+        arguments = (
+            pages, self.tick, self.lockstep, self._period_s, _LIMITS,
+            self._answered, self._actions, self._fresh, counts,
+        )  # fmt: skip
+        if self._take_actions is None:
+            self._take_actions = direct(take_actions, *arguments)
+        self._take_actions(*arguments)
         if counts[STALE] or counts[MALFORMED]:
             self.counts["stale"] += int(counts[STALE])
             self.counts["malformed"] += int(counts[MALFORMED])
@@ -132,7 +131,10 @@ class ArenaNode(BodySlots):
     def write_observations(self, pages: Pages) -> None:
         """Write the observations of this tick into the memory that robots on this machine share."""
         rows = self.arena.world.observations[-1]
-        write_observations(pages, self.tick, rows, self._ids, self._colony_numbers)
+        arguments = (pages, self.tick, rows, self._ids, self._colony_numbers)
+        if self._write_observations is None:
+            self._write_observations = direct(write_observations, *arguments)
+        self._write_observations(*arguments)
 
     @property
     def is_ready(self) -> bool:
@@ -152,7 +154,10 @@ class ArenaNode(BodySlots):
         if self.is_held:
             self._actions[:, _WHEELS] = 0.0
             self._fresh[:] = True
-        step_world(self.arena.world, self._actions, self._fresh)
+        arguments = (self.arena.world, self._actions, self._fresh)
+        if self._step_world is None:
+            self._step_world = direct(step_world, *arguments)
+        self._step_world(*arguments)
         self._fresh[:] = False
         self.tick += 1
 

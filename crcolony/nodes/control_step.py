@@ -7,12 +7,13 @@ an action: on one machine they are answered without the rest of the process (`an
 import math
 from collections.abc import Callable
 
-from crcolony.body.contract import check_observation
+from crcolony.body.shared_pages import action_on
 from crcolony.nodes.link_to_body import LinkToBody
 from crcolony.nodes.robot_node import RobotNode
 from crcolony.protocol.body_messages import Contact
 from crcolony.protocol.codec import WireError
 from crcolony.protocol.identity import RobotId
+from crcolony.robot.paged_step import NOT_QUIET
 from crcolony.transport.interface import LinkOnThisMachine, LocalObservation
 
 
@@ -64,28 +65,38 @@ class ControlStep:
         elif tick == body.tick and body.is_in_lockstep and body.has_acted:
             body.act()
 
-    def answer_quietly(self, now_s: float) -> bool:
-        """Answer the observation that follows on the last one, in lockstep on one machine, if it has no contact.
-
-        Return False if it is not there, or not such a one; raises as `handle_observation` does.
-        """
+    @property
+    def can_answer_quietly(self) -> bool:
+        """Whether it has a body on this machine, in lockstep, and the next observation may come."""
         body = self._body
-        tick = body.tick + 1
-        row = self._local.quiet_observation(tick)
-        if row is None or not body.has_acted or not body.is_in_lockstep:
-            return False
-        try:
-            check_observation(row)
-        except ValueError:
-            return False
+        return self._local.page is not None and body.is_in_lockstep and body.has_acted
+
+    def answer_quietly(self, wait: Callable[[], float | None]) -> bool:
+        """Answer the observations of a body on this machine, in lockstep, for as long as nothing else happens.
+
+        To be called while that `can_answer_quietly`. `wait` waits for the next one, and returns the time then, or None
+        if anything else has happened. Return False if the latest one is left to `handle_observation`; raise as that
+        does.
+        """
+        body, local, node = self._body, self._local, self._node
+        page = local.page
+        assert page is not None
+        step, ring, tick, events = node.robot.step_on(page), local.ring, body.tick, 0
+        while (now_s := wait()) is not None:
+            events = step(tick + 1)
+            if events:
+                break
+            ring()
+            tick += 1
+            self._note_time(now_s)
+        if tick > body.tick:
+            body.answer(tick, action_on(page, tick))
+            body.has_acted, node.tick = True, tick
+        if now_s is None or events == NOT_QUIET:
+            return now_s is None
         self._note_time(now_s)
-        robot = self._node.robot
-        body.answer(tick, robot.step(row))
-        if robot.events:
-            self._finish(now_s, None)
-        else:
-            self._node.tick = tick
-            body.act()
+        body.answer(tick + 1, action_on(page, tick + 1))
+        self._finish(now_s, None)
         return True
 
     def act_if_settled(self) -> None:

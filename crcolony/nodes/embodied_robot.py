@@ -5,6 +5,7 @@ clock of its machine, and the fault simulation in virtual time.
 """
 
 import math
+from collections.abc import Callable
 
 import msgspec
 
@@ -110,9 +111,14 @@ class EmbodiedRobot:
         """Whether it has completed the last generation of its config."""
         return self._control.is_done
 
-    def answer_quietly(self, now_s: float) -> bool:
+    @property
+    def can_answer_quietly(self) -> bool:
+        """See `ControlStep.can_answer_quietly`."""
+        return not self.is_done and self._control.can_answer_quietly
+
+    def answer_quietly(self, wait: Callable[[], float | None]) -> bool:
         """See `ControlStep.answer_quietly`."""
-        return self._control.answer_quietly(now_s)
+        return self._control.answer_quietly(wait)
 
     @property
     def has_body(self) -> bool:

@@ -1,10 +1,10 @@
 """The control step compiled ahead of time: a robot's own process needs no compiler and no wait.
 
-numba compiles `step.step_robot` once for this machine; its object code is stored beside numba's own
-cache, behind a line with the name of its function and a digest, by which a damaged file is known. A
-process that finds it there loads it with llvmlite alone, without importing numba. All arrays are
-passed as one table of addresses and shapes, which is made once. The code is the same, so both ways
-give the same robots, bit for bit.
+numba compiles `paged_step.step_page` once for this machine; its object code is stored beside
+numba's own cache, behind a line with the name of its function and a digest, by which a damaged file
+is known. A process that finds it there loads it with llvmlite alone, without importing numba. All
+arrays are passed as one table of addresses and shapes, which is made once: a call passes two
+numbers. The code is the same, so both ways give the same robots, bit for bit.
 """
 
 import contextlib
@@ -19,13 +19,13 @@ from typing import Any
 
 import numpy as np
 
-from crcolony.body.contract import ACTION_WIDTH, OBSERVATION_WIDTH
-from crcolony.compiled import FloatArray, cache_folder, is_switched_off
+from crcolony.body.shared_pages import Page, new_page
+from crcolony.compiled import cache_folder, is_switched_off
+from crcolony.robot.paged_step import step_page
 from crcolony.robot.state import Robots, StepParameters
-from crcolony.robot.step import step_robot
 
-Step = Callable[[int, FloatArray, FloatArray], None]
-"""Advances robot i of a batch by one control step: reads an observation, writes an action."""
+PagedStep = Callable[[int, int], int]
+"""`step_page` of some robots and a page: for robot i and a tick, or `NOTHING`"""
 
 _POINTERS = {
     "float64": "float_pointer",
@@ -43,16 +43,17 @@ _owners: list[Any] = []
 """Owners of loaded machine code, which have to outlive every call."""
 
 
-def load_step(robots: Robots, parameters: StepParameters) -> Step:
-    """Return the control step of these robots as machine code, which is compiled first if there is
-    none yet."""
+def load_step(robots: Robots, parameters: StepParameters, page: Page | None = None) -> PagedStep:
+    """Return the control step of these robots, on a page or a new one, as machine code, which is
+    compiled first if there is none yet."""
+    page = page or new_page()
     if is_switched_off():
-        return lambda i, observation, action: step_robot(robots, parameters, i, observation, action)
+        return lambda i, tick: step_page(robots, parameters, page, i, tick)
     path = machine_code_path(robots, parameters)
-    entry, code = (path and _read(path)) or _compile(_layout(robots, parameters))
+    entry, code = (path and _read(path)) or _compile(_layout(robots, parameters, page))
     if path is not None and not path.exists():
         _write(path, entry, code)
-    return _bind(_link(entry, code), robots, parameters)
+    return _bind(_link(entry, code), robots, parameters, page)
 
 
 def machine_code_path(robots: Robots, parameters: StepParameters) -> Path | None:
@@ -61,16 +62,16 @@ def machine_code_path(robots: Robots, parameters: StepParameters) -> Path | None
     folder = None if is_switched_off() else cache_folder()
     if folder is None:
         return None
-    layout = str(_layout(robots, parameters))
+    layout = str(_layout(robots, parameters, new_page()))
     return folder / f"step-{hashlib.blake2b(layout.encode(), digest_size=8).hexdigest()}.o"
 
 
-def _layout(robots: Robots, parameters: StepParameters) -> tuple[tuple[str, str, str, int], ...]:
+def _layout(*owners: Robots | StepParameters | Page) -> tuple[tuple[str, str, str, int], ...]:
     """Return class, name, type and dimensions of every field: all that the machine code depends
     on."""
     return tuple(
         (type(owner).__name__, name, value.dtype.name, value.ndim)
-        for owner in (robots, parameters)
+        for owner in owners
         for name, value in zip(owner._fields, map(np.asarray, owner), strict=True)
     )
 
@@ -104,22 +105,20 @@ def _digest(code: bytes) -> bytes:
     return hashlib.blake2b(code, digest_size=16).hexdigest().encode()
 
 
-def _bind(code: Any, robots: Robots, parameters: StepParameters) -> Step:
+def _bind(code: Any, robots: Robots, parameters: StepParameters, page: Page) -> PagedStep:
     """Return the step over these arrays, which it keeps alive."""
-    table = _table(robots, parameters)
-    observed, acted = np.zeros(OBSERVATION_WIDTH), np.zeros(ACTION_WIDTH)
-    addresses = (table.ctypes.data, observed.ctypes.data, acted.ctypes.data)
+    table = _table(robots, parameters, page)
+    address: int = table.ctypes.data
 
-    def step(i: int, observation: FloatArray, action: FloatArray) -> None:
-        observed[:] = observation
-        code(addresses[0], i, addresses[1], addresses[2])
-        action[:] = acted
+    def step(i: int, tick: int) -> int:
+        events: int = code(address, i, tick)
+        return events
 
-    step.owners = (table, robots, parameters)  # type: ignore[attr-defined]
+    step.owners = (table, robots, parameters, page)  # type: ignore[attr-defined]
     return step
 
 
-def _table(*owners: Robots | StepParameters) -> np.ndarray:
+def _table(*owners: Robots | StepParameters | Page) -> np.ndarray:
     """Return all fields as words: the address and shape of an array, or the bits of a number."""
     words: list[int] = []
     for owner in owners:
@@ -155,8 +154,8 @@ def _link(entry: bytes, code: bytes) -> Any:
     engine.add_object_file(content)
     engine.finalize_object()
     _owners.extend((engine, module, machine, content, code))
-    words = (ctypes.c_uint64, ctypes.c_int64, ctypes.c_uint64, ctypes.c_uint64)
-    return ctypes.CFUNCTYPE(None, *words)(engine.get_function_address(entry.decode()))
+    words = (ctypes.c_uint64, ctypes.c_int64, ctypes.c_int64)
+    return ctypes.CFUNCTYPE(ctypes.c_int64, *words)(engine.get_function_address(entry.decode()))
 
 
 def _compile(layout: Sequence[tuple[str, str, str, int]]) -> tuple[bytes, bytes]:
@@ -164,17 +163,17 @@ def _compile(layout: Sequence[tuple[str, str, str, int]]) -> tuple[bytes, bytes]
     import numba
     from numba import types
 
-    signature = types.void(types.uint64, types.int64, types.uint64, types.uint64)
+    signature = types.int64(types.uint64, types.int64, types.int64)
     function = numba.cfunc(signature, error_model="numpy")(_entry(layout))
     library: Any = function._library  # type: ignore[attr-defined]
     _, _, (code, *_) = library.serialize_using_object_code()
     return function.native_name.encode(), code
 
 
-def _entry(layout: Sequence[tuple[str, str, str, int]]) -> Callable[..., None]:
-    """Return the function that reads robots and parameters from the table and calls
-    `step_robot`."""
-    fields: dict[str, list[str]] = {"Robots": [], "StepParameters": []}
+def _entry(layout: Sequence[tuple[str, str, str, int]]) -> Callable[..., int]:
+    """Return the function that reads robots, parameters and page from the table and calls
+    `step_page`."""
+    fields: dict[str, list[str]] = {"Robots": [], "StepParameters": [], "Page": []}
     at = 0
     for owner, name, dtype, dimensions in layout:
         if dimensions:
@@ -187,22 +186,22 @@ def _entry(layout: Sequence[tuple[str, str, str, int]]) -> Callable[..., None]:
         fields[owner].append(f"{name}={value}")
         at += 1 + dimensions
     source = f"""
-def entry(address, i, observation, action):
+def entry(address, i, tick):
     table = carray(word_pointer(address), ({at},))
     robots = Robots({", ".join(fields["Robots"])})
     parameters = StepParameters({", ".join(fields["StepParameters"])})
-    observed = carray(float_pointer(observation), ({OBSERVATION_WIDTH},))
-    acted = carray(float_pointer(action), ({ACTION_WIDTH},))
-    step_robot(robots, parameters, i, observed, acted)
+    page = Page({", ".join(fields["Page"])})
+    return step_page(robots, parameters, page, i, tick)
 """
     names = {
         "Robots": Robots,
         "StepParameters": StepParameters,
-        "step_robot": step_robot,
+        "Page": Page,
+        "step_page": step_page,
         **_pointers(),
     }
     exec(source, names)
-    entry: Callable[..., None] = names["entry"]
+    entry: Callable[..., int] = names["entry"]
     return entry
 
 

@@ -5,24 +5,38 @@ agent, a mating, and the turnover of a generation. No I/O and no clock: a robot 
 and nothing else.
 """
 
-from collections.abc import Mapping, Sequence
+import functools
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from crcolony.body import contract
+from crcolony.body.shared_pages import (
+    ACTION_AT,
+    NOTHING,
+    OBSERVATION_AT,
+    ROW_AFTER,
+    Page,
+    new_page,
+)
 from crcolony.compiled import FloatArray
 from crcolony.evolution.lineage import AgentId, Birth
 from crcolony.evolution.population import NewAgent, Offspring, Subpopulation
 from crcolony.evolution.time_sharing import TimeSharing
 from crcolony.randomness import EventGenerator, Stream, draw_uncompiled
-from crcolony.robot.aot_step import Step, load_step
+from crcolony.robot.aot_step import PagedStep, load_step
 from crcolony.robot.energy import conception_probability
 from crcolony.robot.settings import Life
 from crcolony.robot.state import ADDED, SCRATCH, Robots, StepParameters, with_present_names
 from crcolony.robot.weight_rows import SAVED_APART, forget, restore_weights, save_weights, with_rows
 
+_OBSERVATION = slice(
+    OBSERVATION_AT + ROW_AFTER, OBSERVATION_AT + ROW_AFTER + contract.OBSERVATION_WIDTH
+)
+_ACTION = slice(ACTION_AT + 1, ACTION_AT + 1 + contract.ACTION_WIDTH)
+"""The rows of even ticks on a page"""
 _SAVED = tuple(name for name in Robots._fields if name not in (*SCRATCH, *SAVED_APART))
 
 
@@ -56,8 +70,9 @@ class Robot:
         self._life = life
         self._time_sharing = time_sharing
         self._rare_events = EventGenerator()
-        self._step: Step | None = None
-        self._action = np.zeros(contract.ACTION_WIDTH)
+        self._page = new_page()
+        self._step: PagedStep | None = None
+        self._shared: tuple[Page, PagedStep] | None = None
 
     @property
     def agent(self) -> int:
@@ -88,7 +103,7 @@ class Robot:
     def set_parameters(self, parameters: StepParameters) -> None:
         """Step with other parameters from now on, as in another body: the same modules and actions,
         other senses."""
-        self._parameters, self._step = parameters, None
+        self._parameters, self._step, self._shared = parameters, None, None
 
     def start(self) -> list[Birth]:
         """Create the first generation and give control to its first agent; return the births."""
@@ -107,9 +122,16 @@ class Robot:
         over.
         """
         if self._step is None:
-            self._step = load_step(self._robots, self._parameters)
-        self._step(self.row, observation, self._action)
-        return self._action
+            self._step = load_step(self._robots, self._parameters, self._page)
+        self._page.numbers[_OBSERVATION] = observation
+        self._step(self.row, NOTHING)
+        return self._page.numbers[_ACTION]
+
+    def step_on(self, page: Page) -> Callable[[int], int]:
+        """Return the function that steps on a page of shared memory, for a tick; see `step_page`."""
+        if self._shared is None or self._shared[0] is not page:
+            self._shared = page, load_step(self._robots, self._parameters, page)
+        return functools.partial(self._shared[1], self.row)
 
     def mating_offer(self) -> MatingOffer:
         """Return what this robot gives to its partner in a mating."""

@@ -35,6 +35,8 @@ class LaunchOptions:
     """Whether to show the colony in a browser"""
     has_plots: bool = True
     """Whether to draw figures at the end"""
+    shares_memory: bool = True
+    """Whether robots share memory with bodies on this machine"""
 
     @property
     def is_repeatable(self) -> bool:
@@ -156,6 +158,8 @@ def _robot_command(launch: LaunchOptions, network: NetworkSettings, number: int)
     ]  # fmt: skip
     if not launch.robots_only:
         command += ["--number", str(number)]
+    if not launch.shares_memory:
+        command.append("--no-shared-memory")
     return [*command, "--repeatable"] if launch.is_repeatable else command
 
 

@@ -1,5 +1,6 @@
 """The process of one robot: inbound events and the clock of this machine drive an `EmbodiedRobot`."""
 
+import functools
 import time
 from collections.abc import Callable
 
@@ -24,7 +25,7 @@ _MAX_QUIET_S = 0.05
 class RobotProcess:
     """Runs one robot until it is stopped, or has completed the last generation.
 
-    With `has_local_link` it shares memory with its body if that is on this machine.
+    With `shares_memory` it shares memory with its body if that is on this machine.
     """
 
     def __init__(
@@ -35,12 +36,12 @@ class RobotProcess:
         options: EmbodimentOptions,
         connection: Connection,
         print_line: Callable[[str], None],
-        has_local_link: bool = True,
+        shares_memory: bool = True,
     ) -> None:
         self._node, self._transport, self._inbox = node, transport, inbox
         self._connection, self._print_line = connection, print_line
         self._is_stopped: Callable[[], bool] = lambda: False
-        self._local = LocalBody(inbox) if HAS_LOCAL_LINKS and has_local_link else None
+        self._local = LocalBody(inbox) if HAS_LOCAL_LINKS and shares_memory else None
         callbacks = ProcessCallbacks(
             self._reconnect,
             print_line,
@@ -76,13 +77,13 @@ class RobotProcess:
     def _answer_quietly(self) -> None:
         """Answer observations of a body on this machine until anything else happens, or is due."""
         local, robot = self._local, self._robot
-        if local is None or not local.is_open:
+        if local is None:
             return
         until_s = min(robot.next_s, time.monotonic() + _MAX_QUIET_S)
-        while local.wait_for_quiet(until_s):
-            if not robot.answer_quietly(time.monotonic()):
+        wait = functools.partial(local.wait_for_quiet, until_s)
+        while self._inbox.is_empty and robot.can_answer_quietly and time.monotonic() < until_s:
+            if not robot.answer_quietly(wait):
                 local.observe()
-                return
 
     def _handle_timers(self, now_s: float) -> None:
         self._connection.handle_timers(now_s)

@@ -67,6 +67,8 @@ class RobotOptions:
     """Whether its randomness is that of its number in a seeded colony, not its own"""
     allow: Path | None = None
     """File with the ids of the robots that it mates with; None: any"""
+    shares_memory: bool = True
+    """Whether it shares memory with its body if that is on this machine"""
     snapshot_s: float = 10.0
     beginning: Beginning | None = None
     """The earlier run with whose robots it begins; None: what is in its folder, or random genotypes"""
@@ -124,7 +126,9 @@ def run_robot(options: RobotOptions, service: ServiceNotifier) -> None:
         embodiment = EmbodimentOptions(
             config, options.arena, options.number, known_arenas, snapshot_s=options.snapshot_s
         )
-        process = RobotProcess(node, transport, inbox, embodiment, connection, print_line)
+        process = RobotProcess(
+            node, transport, inbox, embodiment, connection, print_line, options.shares_memory
+        )
         service.say_ready(f"robot {identity.id.hex()}")
         process.run(service.watching(stop))
         print_line(f"saved in generation {robot.generation}, after {node.matings} matings")

@@ -47,6 +47,11 @@ class Inbox:
         """Events that were dropped because too many waited."""
         return self._dropped_urgent + self._others.dropped
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing waits."""
+        return not self._urgent and not self._others
+
     def deliver(self, event: InboundEvent) -> None:
         """Enqueue an event, from any thread."""
         if not isinstance(event, _URGENT):
@@ -86,26 +91,27 @@ class Inbox:
     def _handle_files(self, timeout_s: float) -> bool:
         """Handle the files that are ready; return whether there were any."""
         ready = self._wakeup.wait(timeout_s)
+        self._handle(ready)
+        return bool(ready)
+
+    def _handle(self, ready: list[int]) -> None:
         for descriptor in ready:
             if descriptor in self._handlers:  # it may have been forgotten a moment ago
                 self._handlers[descriptor]()
-        return bool(ready)
 
     # Files, on Linux only -------------------------------------------------------------------------------------------
 
     def wait_for_bell(self, bell: int, timeout_s: float) -> bool:
         """Wait, and return whether nothing happened but that an eventfd was rung, which is not handled then.
 
-        Everything else is handled, and waits for `get`.
+        Everything else is handled, and waits for `get`; to be called when that has returned everything.
         """
-        if self._urgent or self._others or timeout_s <= 0.0:
+        if timeout_s <= 0.0:
             return False
         ready = self._wakeup.wait(timeout_s)
-        if ready == [bell] and not self._urgent and not self._others:
+        if ready == [bell]:
             return True
-        for descriptor in ready:
-            if descriptor in self._handlers:
-                self._handlers[descriptor]()
+        self._handle(ready)
         return False
 
     def put_urgent(self, event: InboundEvent) -> None:

@@ -10,7 +10,7 @@ from typing import Literal, Protocol
 
 import msgspec
 
-from crcolony.body.shared_pages import Pages, no_pages
+from crcolony.body.shared_pages import Page, Pages, no_pages
 from crcolony.compiled import FloatArray
 from crcolony.errors import CrcolonyError
 from crcolony.protocol.body_messages import Contact
@@ -195,11 +195,13 @@ class LinkOnThisMachine(Protocol):
         """
         ...
 
-    def quiet_observation(self, tick: int) -> FloatArray | None:
-        """Return the observation (OBSERVATION_WIDTH,) of a tick if it is the latest, and without a contact.
+    @property
+    def page(self) -> Page | None:
+        """The memory that robot and body share; None unless it is open."""
+        ...
 
-        It is not checked, and overwritten after two ticks.
-        """
+    def ring(self) -> None:
+        """Tell the body's process that there is an action in the memory."""
         ...
 
     def publish_action(self, tick: int, row: FloatArray) -> None:
@@ -211,13 +213,13 @@ class NoLinkOnThisMachine:
     """All rows go over the network."""
 
     is_open = False
+    page: Page | None = None
 
     def open(self, robot: RobotId, arena_run: int, keys: LinkKeys) -> None:
         """See `LinkOnThisMachine`."""
 
-    def quiet_observation(self, tick: int) -> FloatArray | None:
+    def ring(self) -> None:
         """See `LinkOnThisMachine`."""
-        return None
 
     def publish_action(self, tick: int, row: FloatArray) -> None:
         """See `LinkOnThisMachine`."""

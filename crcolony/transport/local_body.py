@@ -5,6 +5,7 @@ import os
 import socket
 import time
 
+from crcolony.body.shared_pages import Page
 from crcolony.compiled import FloatArray
 from crcolony.protocol.body_messages import LocalLink
 from crcolony.protocol.codec import MAX_BODY_MESSAGE_BYTES, WireError
@@ -46,24 +47,30 @@ class LocalBody:
             self._link, self._keys = LocalLink(robot, arena_run, b""), keys
             self._inbox.watch(self._connection.fileno(), self._receive)
 
-    def quiet_observation(self, tick: int) -> FloatArray | None:
+    @property
+    def page(self) -> Page | None:
         """See `LinkOnThisMachine`."""
-        return self._page.quiet_observation(tick) if self._page is not None else None
+        return self._page.arrays if self._page is not None else None
+
+    def ring(self) -> None:
+        """See `LinkOnThisMachine`."""
+        os.eventfd_write(self._bells[1], 1)
 
     def publish_action(self, tick: int, row: FloatArray) -> None:
         """See `LinkOnThisMachine`."""
         assert self._page is not None
         self._page.write_action(tick, row)
-        os.eventfd_write(self._bells[1], 1)
+        self.ring()
 
-    def wait_for_quiet(self, until_s: float) -> bool:
-        """Wait until the body's process rings, and return whether that is all that happened until then.
+    def wait_for_quiet(self, until_s: float) -> float | None:
+        """Wait until the body's process rings, and return the time then; None if anything else happens before.
 
-        If not, what happened is in the inbox, the latest observation included.
+        What that is waits in the inbox then, with the latest observation.
         """
         if self._page is None:
-            return False
-        return self._inbox.wait_for_bell(self._bells[0], until_s - time.monotonic())
+            return None
+        is_quiet = self._inbox.wait_for_bell(self._bells[0], until_s - time.monotonic())
+        return time.monotonic() if is_quiet else None
 
     def observe(self) -> None:
         """Put the latest observation into the inbox."""

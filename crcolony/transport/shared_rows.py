@@ -21,6 +21,7 @@ from crcolony.body.shared_pages import (
     PAGE_WORDS,
     ROW_AFTER,
     Pages,
+    page_of,
 )
 from crcolony.compiled import FloatArray
 from crcolony.protocol.body_messages import Contact
@@ -34,7 +35,9 @@ class RowPage:
     def __init__(self, memory: memoryview) -> None:
         self._bytes = memory
         self._words = memory.cast("q")
-        numbers = np.frombuffer(memory, dtype=np.float64)
+        self.arrays = page_of(np.frombuffer(memory, dtype=np.int64))
+        """The same, for compiled code"""
+        numbers = self.arrays.numbers
         self._observations = [
             _row(numbers, OBSERVATION_AT + k * OBSERVATION_WORDS + ROW_AFTER, OBSERVATION_WIDTH)
             for k in (0, 1)
@@ -86,14 +89,6 @@ class RowPage:
             contact = Contact(robot, nonce)
         observation = LocalObservation(tick, self._observations[tick & 1].copy(), contact)
         return observation if words[at] == tick else None
-
-    def quiet_observation(self, tick: int) -> FloatArray | None:
-        """Return the observation of a tick, not copied; None unless it is the latest one, and without a contact."""
-        words = self._words
-        at = OBSERVATION_AT + (tick & 1) * OBSERVATION_WORDS
-        if words[LATEST_OBSERVATION] != tick or words[at] != tick or words[at + 1] != NOTHING:
-            return None
-        return self._observations[tick & 1]
 
     def write_action(self, tick: int, row: FloatArray) -> None:
         """Write the action (ACTION_WIDTH,) that answers the observation of a tick."""

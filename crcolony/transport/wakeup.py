@@ -24,9 +24,8 @@ class LinuxWakeup:
         os.eventfd_write(self._bell, 1)
 
     def wait(self, timeout_s: float) -> list[int]:
-        """Wait until it is rung, a watched file is ready, or the timeout; return the descriptors of these files."""
-        ready = self._epoll.poll(timeout_s, _MAX_READY)
-        return [descriptor for descriptor, _ in ready if descriptor != self._bell]
+        """Wait until it is rung, a watched file is ready, or the timeout; return the descriptors of what was ready."""
+        return [descriptor for descriptor, _ in self._epoll.poll(timeout_s, _MAX_READY)]
 
     def watch(self, descriptor: int, is_bell: bool) -> None:
         """Return from `wait` as long as there is something to read, or, of an eventfd, once whenever it is rung.

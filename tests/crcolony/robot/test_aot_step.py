@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from crcolony.body import contract
+from crcolony.body.shared_pages import ACTION_AT, NOTHING, OBSERVATION_AT, ROW_AFTER, new_page
 from crcolony.compiled import is_switched_off
 from crcolony.robot.aot_step import load_step
 from crcolony.robot.state import SLICE_OVER, Robots
@@ -26,7 +27,8 @@ def test_it_does_what_the_compiled_step_does() -> None:
     """In any row of a batch, over whole generations with hand-overs and turnovers."""
     one, parameters, robots = new_robots(3)
     other, _, others = new_robots(3)
-    step = load_step(one, parameters)
+    page = new_page()
+    step = load_step(one, parameters, page)
     action, expected = np.zeros(contract.ACTION_WIDTH), np.zeros(contract.ACTION_WIDTH)
     for robot in (*robots, *others):
         robot.start()
@@ -34,7 +36,9 @@ def test_it_does_what_the_compiled_step_does() -> None:
     for _ in range(800):
         row = int(rng.integers(3))
         observation = random_observation(rng)
-        step(row, observation, action)
+        page.numbers[OBSERVATION_AT + ROW_AFTER :][: contract.OBSERVATION_WIDTH] = observation
+        assert step(row, NOTHING) == one.events[row]
+        action[:] = page.numbers[ACTION_AT + 1 :][: contract.ACTION_WIDTH]
         step_robot(other, parameters, row, observation, expected)
         assert np.array_equal(action, expected)
         if other.events[row] & SLICE_OVER:

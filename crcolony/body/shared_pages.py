@@ -7,6 +7,7 @@ all robots at once.
 """
 
 import math
+import mmap
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +27,8 @@ from crcolony.compiled import FloatArray, IntArray, compiled
 
 LAYOUT = 1
 """Version of what lies where: a robot and a body with different ones share no memory."""
-PAGE_BYTES = 4096
+PAGE_BYTES = mmap.ALLOCATIONGRANULARITY
+"""The least that a process can have of another's memory: 4 KiB on most machines, 16 or 64 on some ARM boards"""
 PAGE_WORDS = PAGE_BYTES // 8
 """A page is an array of words of 64 bits: integers, or numbers of the rows"""
 
@@ -157,7 +159,6 @@ def take_actions(
         at = ACTION_AT + (latest & 1) * ACTION_WORDS
         if latest == pages.taken[slot] or words[page, at] != latest:
             continue
-        pages.taken[slot] = latest
         age = tick - latest
         is_finite = True
         for column in range(ACTION_WIDTH):
@@ -170,9 +171,12 @@ def take_actions(
             counts[STALE] += 1
         else:
             for column in range(ACTION_WIDTH):
-                value = max(numbers[page, at + 1 + column], action_limits[0, column])
-                actions[slot, column] = min(value, action_limits[1, column])
-            if words[page, at] == latest:  # it was not overwritten meanwhile
-                answered[slot] = latest
-                fresh[slot] = True
-                counts[ACCEPTED] += 1
+                # In this order a number that has become NaN since it was checked is the lowest one.
+                value = max(action_limits[0, column], numbers[page, at + 1 + column])
+                actions[slot, column] = min(action_limits[1, column], value)
+            if words[page, at] != latest:  # it is being written again, and taken when that is done
+                continue
+            answered[slot] = latest
+            fresh[slot] = True
+            counts[ACCEPTED] += 1
+        pages.taken[slot] = latest

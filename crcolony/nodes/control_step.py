@@ -67,9 +67,13 @@ class ControlStep:
 
     @property
     def can_answer_quietly(self) -> bool:
-        """Whether it has a body on this machine, in lockstep, and the next observation may come."""
+        """Whether it has a body on this machine, in lockstep, and the next observation may come.
+
+        Not while a mating is open: the next action would have to wait for it.
+        """
         body = self._body
-        return self._local.page is not None and body.is_in_lockstep and body.has_acted
+        is_waited_for = self._local.page is not None and body.is_in_lockstep
+        return is_waited_for and body.has_acted and self._node.is_settled
 
     def answer_quietly(self, wait: Callable[[], float | None]) -> bool:
         """Answer the observations of a body on this machine, in lockstep, for as long as nothing else happens.

@@ -95,9 +95,10 @@ class Inbox:
         return bool(ready)
 
     def _handle(self, ready: list[int]) -> None:
-        for descriptor in ready:
-            if descriptor in self._handlers:  # it may have been forgotten a moment ago
-                self._handlers[descriptor]()
+        for descriptor, handle in [(each, self._handlers.get(each)) for each in ready]:
+            # It may have been forgotten a moment ago, and another file may have its number now.
+            if handle is not None and self._handlers.get(descriptor) is handle:
+                handle()
 
     # Files, on Linux only -------------------------------------------------------------------------------------------
 

@@ -123,14 +123,14 @@ class LocalBody:
         try:
             check_body(data[: -PAGE_NUMBER.size], self._link, self._keys)
             (number,) = PAGE_NUMBER.unpack(data[-PAGE_NUMBER.size :])
-            memory, *bells = descriptors
+            memory, own_bell, arena_bell = descriptors
             page = map_page(memory, number)
-            self._inbox.watch(bells[0], self.observe, is_bell=True)
-        except (WireError, OSError, ValueError, IndexError):
+            self._inbox.watch(own_bell, self.observe, is_bell=True)
+        except (WireError, OSError, ValueError):
             _close_all(descriptors)
             return False
         os.close(memory)
-        self._page, self._bells = page, bells
+        self._page, self._bells = page, [own_bell, arena_bell]
         self.observe()  # what was published before
         return True
 

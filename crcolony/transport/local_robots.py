@@ -130,8 +130,8 @@ class LocalRobots:
             if is_of_this_user(connection):
                 connection.send(challenge)
                 descriptor = connection.fileno()
-                self._unproved[descriptor] = connection, challenge
                 self._inbox.watch(descriptor, lambda: self._open(descriptor))
+                self._unproved[descriptor] = connection, challenge
                 if len(self._unproved) > _MAX_UNPROVED:
                     self._drop(next(iter(self._unproved)))
                 return

@@ -139,9 +139,11 @@ class SharedPages:
 
 
 def map_page(descriptor: int, number: int) -> RowPage:
-    """Return one page of an arena's memory; raises OSError and ValueError if there is no such page."""
+    """Return one page of an arena's memory; raises OSError and ValueError if there is no such page for ever."""
     if os.fstat(descriptor).st_size < (number + 1) * PAGE_BYTES:
         raise OSError("the memory has no such page")
+    if not fcntl.fcntl(descriptor, fcntl.F_GET_SEALS) & fcntl.F_SEAL_SHRINK:
+        raise OSError("the memory can be taken away again")
     return RowPage(memoryview(mmap.mmap(descriptor, PAGE_BYTES, offset=number * PAGE_BYTES)))
 
 

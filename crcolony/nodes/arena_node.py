@@ -6,6 +6,7 @@ set the actions of their bodies and read `arena` directly.
 In lockstep the arena waits for the actions of all that are online. It waits for a new robot from the next tick on.
 """
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -125,8 +126,7 @@ class ArenaNode(BodySlots):
             self._take_actions = direct(take_actions, *arguments)
         self._take_actions(*arguments)
         if counts[STALE] or counts[MALFORMED]:
-            self.counts["stale"] += int(counts[STALE])
-            self.counts["malformed"] += int(counts[MALFORMED])
+            self.counts += Counter(stale=int(counts[STALE]), malformed=int(counts[MALFORMED]))
 
     def write_observations(self, pages: Pages) -> None:
         """Write the observations of this tick into the memory that robots on this machine share."""

@@ -7,15 +7,19 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
 import pytest
 from llvmlite import binding  # type: ignore[import-untyped]
 
 import crcolony
 from crcolony.compiled import (
     COMPILED_SOURCES,
+    FloatArray,
     cache_folder,
     compiled,
+    direct,
     is_first_start,
     is_switched_off,
     machine_digest,
@@ -24,6 +28,13 @@ from crcolony.compiled import (
 from tests.support.paths import ROOT
 
 PACKAGE = Path(crcolony.__file__).parent
+
+
+class Here(NamedTuple):
+    """What compiled functions are passed."""
+
+    numbers: FloatArray
+    offset: float
 
 
 @pytest.fixture
@@ -197,3 +208,37 @@ def test_compilation_is_switched_off_by_the_environment(
 
     assert is_switched_off() == expected
     assert (compiled(double) is double) == expected
+
+
+def test_a_function_that_is_called_directly_does_the_same() -> None:
+    """With each kind of argument, called again and again with other values and other arrays of those types."""
+
+    def plain(here: Here, scale: float, is_added: bool, count: int, totals: FloatArray) -> int:
+        for at in range(here.numbers.shape[0]):
+            value = scale * here.numbers[at] + here.offset
+            totals[at] = totals[at] + value if is_added else value
+        return count + 1
+
+    function = compiled(plain)
+    rng = np.random.default_rng(1)
+    first = Here(rng.random(3), 0.5), 2.0, True, 7, rng.random(3)
+    called = direct(function, *first)
+    for size in (3, 1, 8, 0):
+        for is_added in (True, False):
+            here = Here(rng.random(size), rng.random())
+            totals = rng.random(size)
+            others, plain_ones = totals.copy(), totals.copy()
+            arguments = here, rng.random(), is_added, int(rng.integers(100))
+            assert called(*arguments, totals) == function(*arguments, others)
+            plain(*arguments, plain_ones)
+            assert np.array_equal(totals, others)
+            assert np.allclose(totals, plain_ones, rtol=1e-15)
+
+
+def test_a_function_that_is_not_compiled_is_called_as_it_is() -> None:
+    """Where compilation is switched off."""
+
+    def double(x: float) -> float:
+        return 2.0 * x
+
+    assert direct(double, 1.0) is double

@@ -48,6 +48,8 @@ from crcolony.transport.interface import (
     ArenaOffline,
     ArenaOnline,
     JoinReplyReceived,
+    LinkOnThisMachine,
+    NoLinkOnThisMachine,
     ObservationReceived,
     QueryReceived,
     SceneReceived,
@@ -93,9 +95,9 @@ class RecordingTransport:
 
 
 class LoneRobot:
-    """An embodied robot, started at time 0, with its store in `folder`."""
+    """An embodied robot, started at time 0, with its store in `folder`; `local` is its link on its own machine."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, local: LinkOnThisMachine | None = None) -> None:
         config = small()
         batch, _, (robot,) = make_robots(config, [ME.id.hex()], own_streams([ME.id]))
         schema = bytes.fromhex(robot.subpopulation.schema.digest)
@@ -119,7 +121,12 @@ class LoneRobot:
             self.node,
             self.transport,
             EmbodimentOptions(config, "here"),
-            ProcessCallbacks(self._reconnect, self.lines.append, print_warning=self.lines.append),
+            ProcessCallbacks(
+                self._reconnect,
+                self.lines.append,
+                print_warning=self.lines.append,
+                local_link=local or NoLinkOnThisMachine(),
+            ),
         )
         self.robot.start(0.0)
 

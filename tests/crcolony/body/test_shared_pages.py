@@ -173,7 +173,7 @@ def test_actions_on_pages_are_applied_as_those_of_the_network(
     network, local = (filled_node(lockstep=lockstep) for _ in range(2))
     memory = SharedPages(SLOTS)
     pages = [memory.begin(slot) for slot in range(WITHOUT_PAGE)]
-    last = {slot: -1 for slot in range(WITHOUT_PAGE)}
+    last = dict.fromkeys(range(WITHOUT_PAGE), -1)
     for event in history:
         if isinstance(event, Acts):
             tick = network.tick - event.age

@@ -1,6 +1,12 @@
 """The inbox of a process returns events of bodies first, is bounded, and wakes its loop for every event."""
 
+import os
+import sys
 import threading
+from collections.abc import Iterator
+from functools import partial
+
+import pytest
 
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.interface import (
@@ -120,3 +126,157 @@ def test_no_envelope_is_lost_between_threads() -> None:
     for thread in threads:
         thread.join(10.0)
     assert inbox.dropped == 0
+
+
+# Files, on Linux only -------------------------------------------------------------------------------------------------
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="no files can be waited for here")
+
+
+@pytest.fixture
+def bells() -> Iterator[list[int]]:
+    """Three eventfds."""
+    made = [os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC) for _ in range(3)]
+    yield made
+    for bell in made:
+        os.close(bell)
+
+
+def ring(bell: int) -> None:
+    os.eventfd_write(bell, 1)
+
+
+@linux
+def test_a_file_is_handled_as_long_as_it_has_something_to_read() -> None:
+    """And no more when it is forgotten; nobody else reads it."""
+    inbox, handled = Inbox(), 0
+    out, into = os.pipe()
+
+    def handle() -> None:
+        nonlocal handled
+        handled += 1
+
+    inbox.watch(out, handle)
+    assert inbox.get(0.0) is None
+    assert handled == 0
+    os.write(into, b"ab")
+    for expected in (1, 2):
+        assert inbox.get(30.0) is None, "it returns for the file's sake"
+        assert handled == expected
+    inbox.forget(out)
+    assert inbox.get(0.0) is None
+    assert handled == 2
+    for end in (out, into):
+        os.close(end)
+
+
+@linux
+def test_a_bell_is_handled_once_whenever_it_is_rung(bells: list[int]) -> None:
+    """Without being read."""
+    inbox, handled = Inbox(), list[int]()
+    for bell in bells:
+        inbox.watch(bell, partial(handled.append, bell), is_bell=True)
+    ring(bells[0])
+    inbox.get(0.0)
+    inbox.get(0.0)
+    assert handled == [bells[0]]
+    for bell in (*bells, bells[1]):
+        ring(bell)
+    inbox.get(0.0)
+    inbox.get(0.0)
+    assert sorted(handled[1:]) == sorted(bells)
+
+
+@linux
+def test_what_a_file_brings_precedes_what_the_network_has_brought(bells: list[int]) -> None:
+    """An envelope waits while a robot on this machine is answered, however many there are."""
+    inbox = Inbox()
+    inbox.watch(bells[0], lambda: inbox.put_urgent(OBSERVATION), is_bell=True)
+    for number in range(3):
+        inbox.deliver(envelope(number))
+    ring(bells[0])
+    assert all_in(inbox) == [OBSERVATION, *map(envelope, range(3))]
+
+
+@linux
+def test_a_file_that_is_forgotten_in_the_same_round_is_not_handled(bells: list[int]) -> None:
+    """Nor is another one that has its number now: it has nothing to read."""
+    inbox, handled = Inbox(), list[str]()
+    first, second = bells[:2]
+
+    def replace(other: int) -> None:
+        handled.append("one of them")
+        inbox.forget(other)
+        inbox.watch(other, lambda: handled.append("another file"), is_bell=False)
+        os.eventfd_read(other)
+
+    inbox.watch(first, lambda: replace(second))
+    inbox.watch(second, lambda: replace(first))
+    ring(first)
+    ring(second)
+    inbox.get(0.0)
+    assert handled == ["one of them"]
+
+
+@linux
+def test_waiting_for_a_bell_ends_for_everything(bells: list[int]) -> None:
+    """Only where nothing else has happened it says so, and handles nothing."""
+    inbox, handled = Inbox(), list[int]()
+    bell, other, _ = bells
+    for each in (bell, other):
+        inbox.watch(each, partial(handled.append, each), is_bell=True)
+    assert not inbox.wait_for_bell(bell, 0.0)
+    assert not inbox.wait_for_bell(bell, -1.0)
+    assert not inbox.wait_for_bell(bell, 0.001)
+    ring(bell)
+    assert inbox.wait_for_bell(bell, 30.0)
+    assert not handled
+    ring(other)
+    assert not inbox.wait_for_bell(bell, 30.0)
+    assert handled == [other]
+    ring(bell)
+    inbox.deliver(ONLINE)
+    assert not inbox.wait_for_bell(bell, 30.0)
+    assert handled == [other, bell], "it is handled, if something else is there"
+    assert all_in(inbox) == [ONLINE]
+    inbox.wake()
+    assert not inbox.wait_for_bell(bell, 30.0)
+
+
+@linux
+def test_no_ring_is_lost_between_threads(bells: list[int]) -> None:
+    """A robot and an arena that ring each other 5,000 times never both wait; envelopes come in between."""
+    here, there = Inbox(), Inbox()
+    to_here, to_there, _ = bells
+    here.watch(to_here, lambda: here.put_urgent(OBSERVATION), is_bell=True)
+    there.watch(to_there, lambda: ring(to_here), is_bell=True)
+    turns, stopped, envelopes = 0, threading.Event(), 0
+
+    def answer() -> None:
+        while not stopped.is_set():
+            there.get(10.0)
+
+    def disturb() -> None:
+        for number in range(1000):
+            here.deliver(envelope(number))
+
+    threads = [threading.Thread(target=answer), threading.Thread(target=disturb)]
+    for thread in threads:
+        thread.start()
+    ring(to_there)
+    while turns < 5000:
+        if here.is_empty and here.wait_for_bell(to_here, 10.0):
+            got: InboundEvent | None = OBSERVATION
+        else:
+            got = here.get(10.0)
+        if got == OBSERVATION:
+            turns += 1
+            ring(to_there)
+        elif got is not None:
+            envelopes += 1
+    threads[1].join(10.0)
+    assert envelopes + len([event for event in all_in(here) if event != OBSERVATION]) == 1000
+    stopped.set()
+    there.wake()
+    threads[0].join(10.0)
+    assert not threads[0].is_alive()

@@ -44,12 +44,12 @@ def main() -> None:
     for second in range(SECONDS):
         samples = [
             RawSample(
-                "state", keys.state(robot.id), sign_telemetry(content, purpose, robot, turn), 0.0
+                "state", keys.state(robot.id), sign_telemetry(content, purpose, robot, turn), 0
             )
             for turn in (2 * second, 2 * second + 1)
             for robot in robots
         ] + [
-            RawSample("event", keys.event(robot.id), sign_telemetry(content, purpose, robot), 0.0)
+            RawSample("event", keys.event(robot.id), sign_telemetry(content, purpose, robot), 0)
             for robot in robots[: round(EVENTS_PER_S * ROBOTS)]
         ]
         began_s = time.process_time()

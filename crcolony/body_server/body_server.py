@@ -106,7 +106,10 @@ class BodyServer:
         Raises WireError if none has.
         """
         robot, proof = self._links.prove_local(challenge, data)
-        return robot, self._bodies.robots[robot], proof
+        slot = self._bodies.robots.get(robot)
+        if slot is None:
+            raise WireError("of a robot without a body")
+        return robot, slot, proof
 
     def remove_absent(self, now_s: float) -> None:
         """Remove the bodies of robots that have been offline for too long."""

@@ -25,10 +25,14 @@ class ArenaProcess:
 
     def run(self, is_stopped: Callable[[], bool], wall_period_s: float | None) -> None:
         """Run until stopped, then save. `wall_period_s` is the time between two ticks; None: lockstep."""
-        if wall_period_s is None:
-            self._run_in_lockstep(is_stopped)
-        else:
-            run_in_real_time(self, self._inbox, wall_period_s, is_stopped)
+        self._arena.accept_local_robots(self._inbox)
+        try:
+            if wall_period_s is None:
+                self._run_in_lockstep(is_stopped)
+            else:
+                run_in_real_time(self, self._inbox, wall_period_s, is_stopped)
+        finally:
+            self._arena.close()
         self._arena.save()
 
     def handle_event(self, event: InboundEvent) -> None:

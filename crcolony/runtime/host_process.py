@@ -50,10 +50,14 @@ class HostProcess:
 
     def run(self, is_stopped: Callable[[], bool], wall_period_s: float | None) -> None:
         """Run until stopped, then save. `wall_period_s` None: as fast as possible, without waiting for robots."""
-        if wall_period_s is None:
-            self._run_fast(is_stopped)
-        else:
-            run_in_real_time(self, self._inbox, wall_period_s, is_stopped)
+        self._arena.accept_local_robots(self._inbox)
+        try:
+            if wall_period_s is None:
+                self._run_fast(is_stopped)
+            else:
+                run_in_real_time(self, self._inbox, wall_period_s, is_stopped)
+        finally:
+            self._arena.close()
         self._arena.save()
 
     def _run_fast(self, is_stopped: Callable[[], bool]) -> None:

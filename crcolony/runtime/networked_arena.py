@@ -57,6 +57,10 @@ class NetworkedArena:
             lambda: self.node.take_actions(self._server.local_robots.pages),
         )
 
+    def close(self) -> None:
+        """Share memory with nobody any more."""
+        self._server.local_robots.close()
+
     def publish_tick(self, robots: Iterable[RobotId]) -> None:
         """Publish the observations of a new tick, to these robots and to those on this machine."""
         local = self._server.local_robots

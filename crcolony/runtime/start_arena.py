@@ -74,7 +74,6 @@ def run_arena(
                 print_line(f"resumes at tick {node.tick}")
         transport = ArenaTransport(connection.session, name, arena_run, inbox.deliver)
         arena = NetworkedArena(node, name, identity, transport, checkpoint, print_line)
-        arena.accept_local_robots(inbox)
         if claimed is not None and claimed.is_new:
             arena.save()
             claimed.begin()

@@ -105,7 +105,6 @@ def run_host(options: HostOptions, opened_folder: ColonyFolder, service: Service
         transport = ArenaTransport(session, options.arena, arena_run, inbox.deliver)
         checkpoint = folder / ARENA_CHECKPOINT
         networked = NetworkedArena(arena, options.arena, key, transport, checkpoint, print_line)
-        networked.accept_local_robots(inbox)
         hosted = HostedRobots(nodes, batch, parameters, robot_transport)
         process = HostProcess(networked, hosted, inbox, connection, print_line)
         process.start(settings_of_robot(config, config.body))

@@ -18,8 +18,8 @@ from crcolony.protocol.signed_telemetry import (
 from crcolony.rate_limit import TokenBucket
 from crcolony.telemetry.samples import RawSample
 
-_MAX_STATES_PER_S = 500.0
-"""States whose signatures are verified, 0.07 ms each: of a thousand robots each is new every two seconds."""
+_MAX_STATES_PER_S = 400.0
+"""States whose signatures are verified, 0.07 ms each: of a thousand robots each is new every 2.5 s."""
 _MAX_OTHERS_PER_S = 2_000.0
 """Events, scenes and replies whose signatures are verified."""
 _MAX_KEYS = 20_000

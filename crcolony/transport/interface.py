@@ -253,6 +253,10 @@ class RobotsOnThisMachine(Protocol):
         """End the link to a robot, if there is one."""
         ...
 
+    def close(self) -> None:
+        """End all links; robots go on over the network."""
+        ...
+
 
 class NoRobotsOnThisMachine:
     """All rows go over the network."""
@@ -275,4 +279,7 @@ class NoRobotsOnThisMachine:
         """See `RobotsOnThisMachine`."""
 
     def remove(self, robot: RobotId) -> None:
+        """See `RobotsOnThisMachine`."""
+
+    def close(self) -> None:
         """See `RobotsOnThisMachine`."""

@@ -4,6 +4,7 @@ Its address is in the abstract namespace, so that nothing is left of it, however
 user speak to each other: the kernel says who is at the other end.
 """
 
+import contextlib
 import os
 import socket
 import struct
@@ -37,14 +38,15 @@ def listen_for_robots(arena_run: int) -> socket.socket:
 
 def connect_to_arena(arena_run: int) -> socket.socket | None:
     """Return a connection to the process of this run of an arena; None if it is not here, or of another user."""
-    connection = _socket()
-    try:
-        connection.connect(_address(arena_run))
-        if is_of_this_user(connection):
-            return connection
-    except OSError:
-        pass
-    connection.close()
+    with contextlib.suppress(OSError):  # a service may not be allowed such sockets either
+        connection = _socket()
+        try:
+            connection.connect(_address(arena_run))
+            if is_of_this_user(connection):
+                return connection
+        except OSError:
+            pass
+        connection.close()
     return None
 
 

@@ -44,14 +44,18 @@ class BridgeProcess:
     ) -> None:
         self._bodies, self._transport, self._inbox = bodies, transport, inbox
         self._server = BodyServer(bodies, identity, transport.remove_robot, print_line, name)
-        accept_local_robots(self._server, bodies, inbox, transport.publish_observation)
         self._relay, self._connection = relay, connection
         self._absent = AbsentRobots(self._server.online)
         self._removal_due_s = 0.0
 
     def run(self, is_stopped: Callable[[], bool], period_s: float) -> None:
         """Run until stopped."""
-        run_in_real_time(self, self._inbox, period_s, is_stopped)
+        server = self._server
+        accept_local_robots(server, self._bodies, self._inbox, self._transport.publish_observation)
+        try:
+            run_in_real_time(self, self._inbox, period_s, is_stopped)
+        finally:
+            server.local_robots.close()
 
     def handle_event(self, event: InboundEvent) -> None:
         """Handle an inbound event."""

@@ -1,12 +1,15 @@
-"""Ticks a second of a lockstep colony of four robot processes, as `crcolony launch` starts it.
+"""Ticks a second of a lockstep colony of four robot processes, as `crcolony launch` starts it, on one machine.
 
-Run with `make bench`, or `python -m tests.benchmarks.bench_lockstep`. The baselines are bare fan-outs over Zenoh to
-four processes, with messages of the same sizes: a put to each and a put back, and a query to each and its reply. They
-are made twice: with Zenoh's threads as it comes, and with two threads, as our processes have it.
+Run with `make bench`, or `python -m tests.benchmarks.bench_lockstep`. Robots share memory with their bodies, or all
+goes over the network. The baselines are bare fan-outs to four processes, with rows of the same sizes: through shared
+memory and eventfd, and over Zenoh, a put to each and a put back, and a query to each and its reply; with Zenoh's
+threads as it comes, and with two threads, as our processes have it.
 """
 
 import contextlib
+import mmap
 import os
+import signal
 import statistics
 import subprocess
 import sys
@@ -22,6 +25,7 @@ import zenoh
 from zenoh.handlers import Callback
 
 from crcolony.body.contract import ACTION_WIDTH, OBSERVATION_WIDTH
+from crcolony.compiled import FloatArray
 from crcolony.protocol.body_messages import Action, Observation, pack_row
 from crcolony.protocol.codec import encode
 from crcolony.protocol.key_expressions import ArenaKeys
@@ -32,7 +36,8 @@ from tests.benchmarks.processes import ARENA, COLONY, Wire, child, commands, her
 ROBOTS = 4
 TURNS, TICKS = 7, 500
 WARM_TICKS, MEASURED_S = 200, 10.0
-TARGET = 0.5
+OF_MEMORY, OF_NETWORK, OF_ZENOH = 0.3, 8.0, 0.36
+"""Targets: of bare shared memory, of our lockstep over the network, and of that over bare Zenoh"""
 
 OBSERVATION = encode(Observation(2**61, 10**4, pack_row(np.ones(OBSERVATION_WIDTH)), None))
 ACTION = encode(Action(10**4, pack_row(np.ones(ACTION_WIDTH))))
@@ -99,16 +104,54 @@ def rate(tick: Callable[[], None]) -> float:
     return TICKS / (time.perf_counter() - start)
 
 
-def lockstep(endpoint: str, folder: Path) -> float:
+def bare_memory() -> float:
+    """Return fan-outs a second through shared memory, to processes that are forked."""
+    rows = np.frombuffer(mmap.mmap(-1, 8 * ROBOTS * 64)).reshape(ROBOTS, 64)
+    row, acted = np.ones(OBSERVATION_WIDTH), os.eventfd(0)
+    bells = [os.eventfd(0) for _ in range(ROBOTS)]
+    robots = [_fork_echo(own, bell, acted) for own, bell in zip(rows, bells, strict=True)]
+
+    def tick() -> None:
+        for own, bell in zip(rows, bells, strict=True):
+            own[:OBSERVATION_WIDTH] = row
+            os.eventfd_write(bell, 1)
+        waiting = ROBOTS
+        while waiting:
+            waiting -= os.eventfd_read(acted)
+        for own in rows:
+            own[-ACTION_WIDTH:].copy()
+
+    try:
+        return statistics.median(rate(tick) for _ in range(TURNS))
+    finally:
+        for robot in robots:
+            os.kill(robot, signal.SIGKILL)
+
+
+def _fork_echo(rows: FloatArray, bell: int, acted: int) -> int:
+    """Return a child that acts on every observation, with nothing in between."""
+    robot = os.fork()
+    if robot:
+        return robot
+    action = np.ones(ACTION_WIDTH)
+    while True:
+        os.eventfd_read(bell)
+        rows[:OBSERVATION_WIDTH].copy()
+        rows[-ACTION_WIDTH:] = action
+        os.eventfd_write(acted, 1)
+
+
+def lockstep(endpoint: str, folder: Path, *options: str) -> float:
     """Return ticks a second of an arena and four robots."""
     arena = ["arena", "--lockstep", "--expect", str(ROBOTS), "--listen", endpoint]
     robots = [
         [
             "robot", "--colony", COLONY, "--number", str(number), "--repeatable",
-            "--out", str(folder / str(number)), "--connect", endpoint,
+            "--out", str(folder / str(number)), "--connect", endpoint, *options,
         ]
         for number in range(ROBOTS)
     ]  # fmt: skip
+    folder.mkdir()
     lines = [[*line, "--arena", ARENA] for line in (arena, *robots)]
     scenes = Wire(NetworkSettings(connect=(endpoint,)), ArenaKeys(ARENA).scene)
     with commands(folder, *lines), scenes as wire:
@@ -121,28 +164,36 @@ def lockstep(endpoint: str, folder: Path) -> float:
                 return (scene.tick - first[0]) / (now_s - first[1])
 
 
-def bare_as_zenoh_comes() -> tuple[float, float]:
-    """Return the same with Zenoh's own threads; it takes that choice once for a process and its children."""
-    words = [sys.executable, "-m", "tests.benchmarks.bench_lockstep", "--bare"]
-    message = subprocess.check_output(words, env=os.environ | {"ZENOH_RUNTIME": "()"})
-    puts, queries = map(float, message.split())
-    return puts, queries
+def apart(what: str, **environment: str) -> list[float]:
+    """Return what another process of this file measures: the choice of Zenoh's threads is for a process's life."""
+    words = [sys.executable, "-m", "tests.benchmarks.bench_lockstep", what]
+    return list(map(float, subprocess.check_output(words, env=os.environ | environment).split()))
 
 
 def main() -> None:
     if sys.argv[1:] == ["--bare"]:
         print(*bare(here()))
         return
+    if sys.argv[1:] == ["--memory"]:
+        print(bare_memory())
+        return
     with tempfile.TemporaryDirectory() as folder:
-        ticks = lockstep(here(), Path(folder))
-    print(f"lockstep, {ROBOTS} robot processes: {ticks:.0f} ticks a second  (target {TARGET})")
+        memory = lockstep(here(), Path(folder, "memory"))
+        network = lockstep(here(), Path(folder, "network"), "--no-shared-memory")
+    (bare_rows,) = apart("--memory")
+    print(f"lockstep, {ROBOTS} robot processes that share memory: {memory:.0f} ticks a second")
+    print(
+        f"  of bare shared memory {bare_rows:.0f}: {memory / bare_rows:.2f}  (target {OF_MEMORY})"
+    )
+    print(f"  of ours over the network: {memory / network:.1f}  (target {OF_NETWORK})")
+    print(f"lockstep over the network: {network:.0f} ticks a second  (target {OF_ZENOH} of bare)")
     for name, (puts, queries) in (
-        ("as it comes", bare_as_zenoh_comes()),
+        ("as it comes", apart("--bare", ZENOH_RUNTIME="()")),
         ("on two threads", bare(here())),
     ):
         print(
-            f"bare fan-out of Zenoh {name}: by queries {queries:.0f} (ratio {ticks / queries:.2f}),"
-            f" by puts {puts:.0f} (ratio {ticks / puts:.2f})"
+            f"  bare fan-out of Zenoh {name}: by queries {queries:.0f} (ratio {network / queries:.2f}),"
+            f" by puts {puts:.0f} (ratio {network / puts:.2f})"
         )
 
 

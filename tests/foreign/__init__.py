@@ -1,1 +1,1 @@
-"""A robot written from PROTOCOL.md alone: nothing here imports anything of the colony."""
+"""A robot written from PROTOCOL.md: nothing here imports anything of the colony."""

@@ -1,4 +1,4 @@
-"""A robot written from PROTOCOL.md alone, as a process: `python -m tests.foreign.robot --help`.
+"""A robot written from PROTOCOL.md, as a process: `python -m tests.foreign.robot --help`.
 
 One thread does everything: it takes what has arrived, one input after the other, and lets time pass between them.
 """

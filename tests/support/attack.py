@@ -123,7 +123,7 @@ def siege(folder: Path) -> Iterator[Siege]:
     with colony(folder) as made:
         made.arena(ROBOTS, "--hz", f"{HZ:g}")
         for _ in range(ROBOTS):
-            made.robot("--snapshot", "5")
+            made.robot("--snapshot", "5", "--no-shared-memory")
         view = made.observer()
         settle(made, view)
         with open_session(NetworkSettings(connect=(made.endpoint,))) as session:

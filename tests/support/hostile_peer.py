@@ -231,9 +231,9 @@ def telemetry(peer: Hostile) -> Callable[[], None]:
 
 
 def tokens(peer: Hostile) -> Callable[[], None]:
-    """Liveliness tokens in the name of each robot, of an older incarnation, and of invalid ones."""
+    """Liveliness tokens in the name of each robot, of an older incarnation, of the last one, and of invalid ones."""
     live = peer.session.liveliness()
-    incarnations = ("1", "²", "9" * 5000)
+    incarnations = ("1", str(2**32 - 1), "²", "9" * 5000)
     declared = [
         live.declare_token(
             peer.colony.alive(robot, 0, "hostile").replace("/0/", f"/{incarnation}/")

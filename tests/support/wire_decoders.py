@@ -7,6 +7,7 @@ from crcolony.protocol.body_messages import (
     decode_action,
     decode_join,
     decode_join_reply,
+    decode_local_link,
     decode_observation,
 )
 from crcolony.protocol.envelope import open_envelope
@@ -35,6 +36,7 @@ DECODERS: dict[str, Decode] = {
     "join_reply": decode_join_reply,
     "observation": decode_observation,
     "action": decode_action,
+    "local_link": decode_local_link,
 }
 """Decoders between robots, and between a robot and its body."""
 
@@ -63,6 +65,7 @@ DECODER_OF = {
     "observation": "observation",
     "observation_alone": "observation",
     "action": "action",
+    "local_link": "local_link",
 }
 """By vector between robots, or a robot and its body, the name of its decoder."""
 

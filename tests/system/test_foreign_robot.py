@@ -1,4 +1,4 @@
-"""A robot that was written from PROTOCOL.md alone lives among ours, mates, survives, and is refused when it cheats."""
+"""A robot without a line of ours lives among our robots, mates, survives, and is refused when it cheats."""
 
 import re
 from collections.abc import Callable, Iterable

@@ -5,6 +5,8 @@ nearly all must under attack, too, and no later. The bounds leave room for a noi
 in a few seconds; `python -m tests.system.report_hostile` prints the measurements.
 """
 
+import json
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,6 +18,9 @@ from tests.support.hostile_bodies import HALF_OPEN
 from tests.support.mating_audit import check_ledger
 from tests.support.process import Process, wait_until
 from tests.support.process_colony import settle
+
+TRUTH_S = 5.0
+"""After an adversary has gone observers believe nothing any more that it has made up."""
 
 pytestmark = pytest.mark.alone
 
@@ -106,6 +111,30 @@ def test_forged_telemetry_harms_observers_at_most(besieged: Besieged, tmp_path: 
 def test_a_forged_token_does_not_stop_a_robot(besieged: Besieged) -> None:
     """A liveliness token in a robot's name, of an older incarnation, proves nothing: the robot continues."""
     besieged.withstands("tokens")
+
+
+def test_observers_tell_the_truth_as_soon_as_an_adversary_has_gone(besieged: Besieged) -> None:
+    """One that watched all the time, and one that asks within five seconds: what was made up ends with its maker."""
+    made, view = besieged.siege.made, besieged.siege.view
+    with besieged.siege.attacked("tokens,telemetry,arena_tokens,impostor_arena"):
+        besieged.siege.monitor(ATTACK_S)
+    gone_s, ticks = time.monotonic(), {robot.robot: robot.tick for robot in besieged.states()}
+    asked_s: list[float] = []
+
+    def is_told() -> bool:
+        asked_s.append(time.monotonic())
+        status = made.start("status", "status", "--json", "--connect", made.endpoint)
+        assert status.wait() == 0, status.output
+        told = json.loads(status.output)
+        alive = {robot["id"]: robot["arena"] for robot in told["robots"] if robot["alive"]}
+        arenas = [arena["name"] for arena in told["arenas"] if arena["alive"]]
+        return alive == {robot.id.hex(): "arena" for robot in made.robots} and arenas == ["arena"]
+
+    wait_until(is_told, "status lists the four robots and their arena")
+    assert asked_s[-1] <= gone_s + TRUTH_S
+    view.update()
+    assert all(view.states[robot].tick > tick for robot, tick in ticks.items())
+    besieged.withstands("tokens,telemetry,arena_tokens,impostor_arena")
 
 
 # The link to the body ------------------------------------------------------------------------------------------------

@@ -18,6 +18,7 @@ from crcolony.protocol.body_messages import (
     Contact,
     Join,
     Leave,
+    LocalLink,
     Observation,
     pack_row,
 )
@@ -117,6 +118,7 @@ BODIES: dict[str, Message] = {
         arena_run=0, tick=0, row=pack_row(np.zeros(OBSERVATION_WIDTH)), contact=None
     ),
     "action": Action(70_000, pack_row(np.arange(ACTION_WIDTH) / 32.0)),
+    "local_link": LocalLink(INITIATOR.id, 2**61, bytes(range(16))),
 }
 """Messages between a robot and its body."""
 
@@ -135,6 +137,8 @@ LINK: dict[str, bytes] = {
     "link_reply.bytes": sign_reply(_GRANTED, ARENA, ARENA_IDENTITY),
     "link_observation.bytes": seal(LINK_KEYS.observations, encode(BODIES["observation"])),
     "link_action.bytes": seal(LINK_KEYS.actions, encode(BODIES["action"])),
+    "link_local_robot.bytes": seal(LINK_KEYS.actions, encode(BODIES["local_link"])),
+    "link_local_body.bytes": seal(LINK_KEYS.observations, encode(BODIES["local_link"])),
 }
 """One link from the request to the first messages, as it travels; bodies of the arena `lab`."""
 

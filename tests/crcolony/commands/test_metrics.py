@@ -16,8 +16,9 @@ def test_without_its_library_one_line_says_what_to_install(
     for name in list(sys.modules):
         if name.startswith("crcolony_deploy"):
             monkeypatch.delitem(sys.modules, name)
-        elif name.startswith("prometheus_client"):
+        elif name.startswith("prometheus_client."):
             monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.setitem(sys.modules, "prometheus_client", None)
     line = refusal(capsys, "metrics")
     assert line.endswith("pip install 'crcolony[deploy]'")
 

@@ -133,6 +133,7 @@ class TestPlots:
         """Restarts in total, also of robots that are offline."""
         show.telemetry.join(0, 1)
         show.telemetry.online(1, incarnation=4)
+        show.telemetry.state(1, incarnation=4)
         show.telemetry.offline(0)
         assert show.draw(1.0).scalars("/network/presence") == [[1.0, 0.0, 1.0]]
         assert show.draw(SILENT_AFTER_S).scalars("/network/presence") == [[1.0, 1.0, 1.0]]

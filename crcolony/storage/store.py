@@ -47,9 +47,11 @@ from crcolony.storage.writing import write_record, write_snapshot
 _CACHE_KIB = 64
 """Pages that SQLite keeps in RAM: those that a mating changes. By itself it keeps 2 MB, for each robot of a process."""
 _LOG_PAGES = 256
-"""The write-ahead log is merged into the main file at 1 MiB, and shortened to that after a larger transaction.
+"""The write-ahead log is merged into the main file at 1 MiB; by itself SQLite does so at 4 MiB.
 
-By itself SQLite merges it at 4 MiB. A still shorter log is merged so often that the disk is written to much more."""
+A still shorter log is merged so often that the disk is written to much more."""
+_MAX_LOG_BYTES = 5 * 2**18
+"""A log that a large transaction has made longer is shortened to this. A usual one is not, it would grow again."""
 
 
 class StorageFullError(CrcolonyError):
@@ -261,7 +263,7 @@ def _set_up(database: sqlite3.Connection, durable: bool) -> None:
     database.execute("PRAGMA foreign_keys = ON")
     database.execute(f"PRAGMA cache_size = -{_CACHE_KIB}")
     database.execute(f"PRAGMA wal_autocheckpoint = {_LOG_PAGES}")
-    database.execute(f"PRAGMA journal_size_limit = {_LOG_PAGES * 4096}")
+    database.execute(f"PRAGMA journal_size_limit = {_MAX_LOG_BYTES}")
 
 
 def _prepare(

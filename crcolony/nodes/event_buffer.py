@@ -15,22 +15,28 @@ from crcolony.protocol.telemetry_messages import (
 
 _MAX_EVENTS = 10_000
 """Events that a robot keeps; older ones are discarded."""
+MAX_BYTES = 4 * 2**20
+"""Their encoded size, unless a process with many robots keeps less of each."""
 
 
 class EventBuffer:
     """The recent events of one incarnation, encoded and numbered from 1."""
 
-    def __init__(self, robot: RobotId, incarnation: int) -> None:
+    def __init__(self, robot: RobotId, incarnation: int, max_bytes: int = MAX_BYTES) -> None:
         self.seq = 0
         """Sequence number of the last event"""
         self._robot, self._incarnation = robot, incarnation
-        self._messages: deque[bytes] = deque(maxlen=_MAX_EVENTS)
+        self._messages: deque[bytes] = deque()
+        self._max_bytes, self._bytes = max_bytes, 0
 
     def append(self, event: RobotEvent, unix_ms: int) -> bytes:
         """Number an event, keep it, and return the message to publish."""
         self.seq += 1
         message = encode(EventMessage(self._robot, self._incarnation, self.seq, unix_ms, event))
         self._messages.append(message)
+        self._bytes += len(message)
+        while len(self._messages) > _MAX_EVENTS or self._bytes > self._max_bytes:
+            self._bytes -= len(self._messages.popleft())
         return message
 
     def reply_to(self, request: HistoryRequest) -> HistoryReply:

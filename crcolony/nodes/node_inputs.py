@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from crcolony.config import Config
+from crcolony.nodes.event_buffer import MAX_BYTES
 from crcolony.protocol.identity import ArenaId, Identity
 from crcolony.protocol.telemetry_messages import RobotEvent
 from crcolony.storage.store import RobotStore
@@ -43,6 +44,8 @@ class NodeResources:
     transport: Transport
     unix_s: UnixClock
     on_event: Callable[[RobotEvent], None] = _ignore_event
+    history_bytes: int = MAX_BYTES
+    """Of the recent events that it keeps for observers"""
 
 
 class KnownArenas(Protocol):

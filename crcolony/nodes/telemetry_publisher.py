@@ -44,7 +44,7 @@ class TelemetryPublisher:
         self._schema = schema if len(schema) <= MAX_SCHEMA else ""
         self._transport, self._unix_s = resources.transport, resources.unix_s
         self._on_event = resources.on_event
-        self._events = EventBuffer(self._robot, member.incarnation)
+        self._events = EventBuffer(self._robot, member.incarnation, resources.history_bytes)
         self._fault_limit = TokenBucket(_MAX_FAULTS_PER_S)
         self._reply_limit = TokenBucket(_MAX_REPLIES_PER_S)
 

@@ -13,7 +13,7 @@ from crcolony.robot.genes import module_genes, selector_inputs
 from crcolony.robot.modules import MODULES, LearningModule
 from crcolony.robot.settings import Learning, Life
 from crcolony.robot.state import Robots, StepParameters
-from crcolony.robot.weight_rows import no_rows
+from crcolony.robot.weight_rows import all_blocks, block_count, no_rows, table_rows
 
 
 def step_parameters(
@@ -77,7 +77,7 @@ def weight_bytes(
     tile: nearly all the memory that robots need."""
     tiles = learning.tilings * ((learning.distance_tiles + 1) * (learning.bearing_tiles + 1) + 2)
     actions = len(learning.speeds_m_s) * len(learning.turns_rad_s)
-    return 4 * count * life.agents * len(modules) * tiles * actions
+    return 4 * table_rows(count, life.agents * len(modules) * tiles) * actions
 
 
 def empty_robots(
@@ -89,6 +89,8 @@ def empty_robots(
     actions = parameters.wheel_speeds.shape[0]
     tilings = parameters.tile_offsets.shape[0]
     tiles = parameters.grid_tiles + 2 * tilings
+    own_tiles = agents * modules * tiles
+    blocks = all_blocks(count, own_tiles)
     trace_totals = np.zeros((count, 3))
     trace_totals[:, DECAY] = 1.0
     return Robots(
@@ -111,9 +113,12 @@ def empty_robots(
         mating_energy_sum=np.zeros((count, agents)),
         steps_alive=np.zeros((count, agents), dtype=np.int64),
         energy_sum=np.zeros((count, agents)),
-        weights=np.zeros((count * agents * modules * tiles, actions), dtype=np.float32),
+        weights=np.zeros((table_rows(count, own_tiles), actions), dtype=np.float32),
         weight_rows=no_rows(count, agents, modules, tiles),
         rows_used=np.zeros(count, dtype=np.int64),
+        weight_blocks=np.zeros((count, block_count(own_tiles)), dtype=np.int64),
+        free_blocks=blocks,
+        free_count=np.array([blocks.size]),
         traces=np.zeros((count, tiles, 4)),
         traced_tiles=np.zeros((count, tiles), dtype=np.int64),
         trace_totals=trace_totals,

@@ -30,14 +30,21 @@ from crcolony.robot.aot_step import PagedStep, load_step
 from crcolony.robot.energy import conception_probability
 from crcolony.robot.settings import Life
 from crcolony.robot.state import ADDED, SCRATCH, Robots, StepParameters, with_present_names
-from crcolony.robot.weight_rows import SAVED_APART, forget, restore_weights, save_weights, with_rows
+from crcolony.robot.weight_rows import (
+    BLOCKS,
+    SAVED_APART,
+    forget,
+    restore_weights,
+    save_weights,
+    with_rows,
+)
 
 _OBSERVATION = slice(
     OBSERVATION_AT + ROW_AFTER, OBSERVATION_AT + ROW_AFTER + contract.OBSERVATION_WIDTH
 )
 _ACTION = slice(ACTION_AT + 1, ACTION_AT + 1 + contract.ACTION_WIDTH)
 """The rows of even ticks on a page"""
-_SAVED = tuple(name for name in Robots._fields if name not in (*SCRATCH, *SAVED_APART))
+_SAVED = tuple(name for name in Robots._fields if name not in (*SCRATCH, *SAVED_APART, *BLOCKS))
 
 
 @dataclass(frozen=True)

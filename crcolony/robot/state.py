@@ -109,11 +109,18 @@ class Robots(NamedTuple):
     energy_sum: FloatArray
     """(N, A) sum of the agent's energy over these steps"""
     weights: NDArray[np.float32]
-    """(N * A * M * T, K) what the agents have learnt: Theta of Algorithm 2.2; see `weight_rows.py`"""
+    """(at least N * A * M * T, K) what the agents have learnt: Theta of Algorithm 2.2; see
+    `weight_rows.py`"""
     weight_rows: RowArray
     """(N, A, M, T) the row of each tile among the robot's own; -1: it was never visited"""
     rows_used: IntArray
     """(N,) rows that tiles of the robot have"""
+    weight_blocks: IntArray
+    """(N, blocks) where in `weights` each block of the robot's own rows begins"""
+    free_blocks: IntArray
+    """(blocks of all robots,) where blocks begin that no robot has; the next to be taken is the last"""
+    free_count: IntArray
+    """(1,) how many these are"""
     traces: FloatArray
     """(N, T, 4) see `learning/traces.py`; cleared when module or agent change, so that one table
     serves all"""

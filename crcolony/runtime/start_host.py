@@ -11,6 +11,7 @@ import numpy as np
 from crcolony.body import contract
 from crcolony.compile_progress import compile_progress
 from crcolony.config import Config
+from crcolony.nodes.event_buffer import MAX_BYTES
 from crcolony.nodes.node_inputs import ColonyMember, NodeResources
 from crcolony.nodes.reported_settings import settings_of_robot
 from crcolony.nodes.robot_node import RobotNode
@@ -43,6 +44,9 @@ from crcolony.transport.wait_for_network import open_connection
 from crcolony.transport.zenoh_arena import ArenaTransport
 from crcolony.transport.zenoh_robots import RobotTransport
 from crcolony.transport.zenoh_stop import StopAnswers
+
+_HISTORY_BYTES = 32 * 2**20
+"""Of the recent events that all robots of the process keep for observers."""
 
 
 @dataclass(frozen=True)
@@ -99,9 +103,8 @@ def run_host(options: HostOptions, opened_folder: ColonyFolder, service: Service
         for number, (identity, robot) in enumerate(zip(identities, robots, strict=True)):
             store = _open_store(folders[number], identity, robot)
             opened.callback(store.close)
-            nodes.append(
-                _new_node(identity, options.colony, number, robot, batch, store, robot_transport)
-            )
+            resources = _resources(store, robot_transport, options.count)
+            nodes.append(_new_node(identity, options.colony, number, robot, batch, resources))
         transport = ArenaTransport(session, options.arena, arena_run, inbox.deliver)
         checkpoint = folder / ARENA_CHECKPOINT
         networked = NetworkedArena(arena, options.arena, key, transport, checkpoint, print_line)
@@ -134,18 +137,23 @@ def _open_store(folder: Path, identity: Identity, robot: Robot) -> RobotStore:
     return RobotStore(folder / ROBOT_FILE, identity.id, schema)
 
 
+def _resources(store: RobotStore, transport: Transport, robots: int) -> NodeResources:
+    """Return what one of so many robots of the process uses of it."""
+    history_bytes = min(MAX_BYTES, _HISTORY_BYTES // robots)
+    return NodeResources(store, transport, time.time, history_bytes=history_bytes)
+
+
 def _new_node(
     identity: Identity,
     colony: str,
     number: int,
     robot: Robot,
     batch: Robots,
-    store: RobotStore,
-    transport: Transport,
+    resources: NodeResources,
 ) -> RobotNode:
-    incarnation = store.begin_incarnation(int(time.time()))
+    incarnation = resources.store.begin_incarnation(int(time.time()))
     member = ColonyMember(identity, colony, number, incarnation)
-    return RobotNode(member, robot, batch, NodeResources(store, transport, time.time))
+    return RobotNode(member, robot, batch, resources)
 
 
 def _compile_step(config: Config, robot: bytes, report: StartupReport) -> None:

@@ -34,6 +34,19 @@ def insert(database: sqlite3.Connection, table: str, columns: Mapping[str, Any])
     return _insert(database, "INSERT", table, columns)
 
 
+def insert_large(database: sqlite3.Connection, table: str, columns: Mapping[str, Any]) -> None:
+    """Insert a row like `insert`, and keep no copy of its values in memory.
+
+    Python keeps every statement for the next time, and a statement keeps the values that it had last: so it is given
+    none, and inserts nothing.
+    """
+    row = {**columns, "digest": digest_of(table, columns)}
+    marks = ", ".join("?" * len(row))
+    statement = f"INSERT INTO {table} ({', '.join(row)}) SELECT {marks} WHERE ?"
+    database.execute(statement, (*row.values(), True))
+    database.execute(statement, (*[None] * len(row), False))
+
+
 def insert_or_replace(
     database: sqlite3.Connection, table: str, columns: Mapping[str, Any]
 ) -> bytes:

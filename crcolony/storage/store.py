@@ -23,7 +23,7 @@ from crcolony.storage.checkpoint import CheckpointError, write_checkpoint
 from crcolony.storage.compaction import compact_encounters
 from crcolony.storage.files import lock_file
 from crcolony.storage.former_name import rename_former_file
-from crcolony.storage.integrity import NAMES, check_integrity
+from crcolony.storage.integrity import NAMES, IntegrityReport, check_integrity
 from crcolony.storage.rows import (
     Decision,
     StoreState,
@@ -43,6 +43,15 @@ from crcolony.storage.sql import (
     storage_errors,
 )
 from crcolony.storage.writing import write_record, write_snapshot
+
+_CACHE_KIB = 64
+"""Pages that SQLite keeps in RAM: those that a mating changes. By itself it keeps 2 MB, for each robot of a process."""
+_LOG_PAGES = 256
+"""The write-ahead log is merged into the main file at 1 MiB; by itself SQLite does so at 4 MiB.
+
+A still shorter log is merged so often that the disk is written to much more."""
+_MAX_LOG_BYTES = 5 * 2**18
+"""A log that a large transaction has made longer is shortened to this. A usual one is not, it would grow again."""
 
 
 class StorageFullError(CrcolonyError):
@@ -84,34 +93,20 @@ class RobotStore:
 
     def _open(self, robot: RobotId, schema: bytes, busy_s: float, durable: bool) -> None:
         check_not_truncated(self.path)
-        self._database = database = sqlite3.connect(
-            self.path, timeout=busy_s, isolation_level=None, check_same_thread=False
-        )
-        is_old = is_robot_file(database, self.path)  # before a file of another program is changed
-        database.execute(f"PRAGMA synchronous = {'FULL' if durable else 'OFF'}")
-        database.execute("PRAGMA foreign_keys = ON")
-        (mode,) = database.execute("PRAGMA journal_mode = WAL").fetchone()
-        if mode != "wal":
-            raise StorageError(
-                f"{self.path}: its file system cannot hold a robot's file (SQLite has no WAL there)"
-            )
-        if is_old:
-            migrate(database, self.path)
-        else:
-            create_tables(database, robot.hex(), schema)
-            database.execute("PRAGMA wal_checkpoint(TRUNCATE)")  # the main file now has its id
-        # A file that is read only is refused here, and not at the first transaction.
-        database.execute("BEGIN IMMEDIATE")
-        database.execute(f"UPDATE {NAMES.head} SET incarnation = incarnation")
-        database.execute("ROLLBACK")
-        report = check_integrity(database, self.path)
-        head, self._damaged = report.head, report.damaged_snapshots
-        if head.robot != robot.hex():
-            raise StorageError(
-                f"{self.path}: the file of robot {head.robot[:8]}, not of {robot.hex()[:8]}"
-            )
-        if head.schema != schema:
-            raise StorageError(f"{self.path}: its genotypes have another schema than the settings'")
+        with contextlib.closing(_connect(self.path, busy_s)) as database:
+            report = _prepare(database, self.path, robot, schema, durable)
+            head, self._damaged = report.head, report.damaged_snapshots
+            if head.robot != robot.hex():
+                raise StorageError(
+                    f"{self.path}: the file of robot {head.robot[:8]}, not of {robot.hex()[:8]}"
+                )
+            if head.schema != schema:
+                raise StorageError(
+                    f"{self.path}: its genotypes have another schema than the settings'"
+                )
+            # What SQLite needed to read the whole file goes with the connection that did it.
+            self._database = _connect(self.path, busy_s)
+            _set_up(self._database, durable)
 
     def begin_incarnation(self, unix_s: int) -> int:
         """Write and return the ordinal of this start of the robot.
@@ -256,3 +251,39 @@ class RobotStore:
                 self._connection.execute("ROLLBACK")
         except sqlite3.Error:
             self._is_broken = True
+
+
+def _connect(path: Path, busy_s: float) -> sqlite3.Connection:
+    return sqlite3.connect(path, timeout=busy_s, isolation_level=None, check_same_thread=False)
+
+
+def _set_up(database: sqlite3.Connection, durable: bool) -> None:
+    """Make every transaction durable, and keep memory and log small."""
+    database.execute(f"PRAGMA synchronous = {'FULL' if durable else 'OFF'}")
+    database.execute("PRAGMA foreign_keys = ON")
+    database.execute(f"PRAGMA cache_size = -{_CACHE_KIB}")
+    database.execute(f"PRAGMA wal_autocheckpoint = {_LOG_PAGES}")
+    database.execute(f"PRAGMA journal_size_limit = {_MAX_LOG_BYTES}")
+
+
+def _prepare(
+    database: sqlite3.Connection, path: Path, robot: RobotId, schema: bytes, durable: bool
+) -> IntegrityReport:
+    """Create the tables, or migrate those that are there, and check all that is in the file."""
+    is_old = is_robot_file(database, path)  # before a file of another program is changed
+    _set_up(database, durable)
+    (mode,) = database.execute("PRAGMA journal_mode = WAL").fetchone()
+    if mode != "wal":
+        raise StorageError(
+            f"{path}: its file system cannot hold a robot's file (SQLite has no WAL there)"
+        )
+    if is_old:
+        migrate(database, path)
+    else:
+        create_tables(database, robot.hex(), schema)
+        database.execute("PRAGMA wal_checkpoint(TRUNCATE)")  # the main file now has its id
+    # A file that is read only is refused here, and not at the first transaction.
+    database.execute("BEGIN IMMEDIATE")
+    database.execute(f"UPDATE {NAMES.head} SET incarnation = incarnation")
+    database.execute("ROLLBACK")
+    return check_integrity(database, path)

@@ -10,7 +10,7 @@ from crcolony.evolution.history import Event
 from crcolony.protocol.encounters import EncounterRecord
 from crcolony.storage.integrity import Head
 from crcolony.storage.rows import UNDECIDED, Decision, StoreState, decision_columns, row_of
-from crcolony.storage.sql import insert, select, update
+from crcolony.storage.sql import insert, insert_large, select, update
 
 _encode = msgspec.msgpack.Encoder().encode
 
@@ -80,7 +80,7 @@ def write_snapshot(
         "events": last + len(events),
         "robot": robot,
     }
-    insert(database, "snapshots", snapshot)
+    insert_large(database, "snapshots", snapshot)
     head.newest, head.older = head.serial, base
 
 

@@ -110,6 +110,11 @@ class Wire:
         """Wait for telemetry, and return it without its signature, which is not verified."""
         return open_telemetry(self.get()).content
 
+    def wait_for_message(self) -> None:
+        """Wait for what arrives next and is not empty, as what `wait_for_subscriber` of the other side puts is."""
+        while not self.get():
+            pass
+
     def wait_for_subscriber(self, key: str) -> None:
         """Wait until there is a subscriber of a key."""
         self.put(key, b"")

@@ -37,6 +37,16 @@ def test_repeated_requests_return_every_event_that_is_kept() -> None:
     assert numbers == list(range(1_001, 11_001))
 
 
+def test_the_oldest_events_go_when_all_are_too_large() -> None:
+    """So a process of many robots has a limit for what all of them keep."""
+    buffer = EventBuffer(INITIATOR.id, 5, max_bytes=10_000)
+    sizes = [len(buffer.append(Fault(k, "x" * k), 7)) for k in range(200)]
+    reply = buffer.reply_to(HistoryRequest(5, 1))
+    kept = 200 - (reply.oldest - 1)
+    assert sum(sizes[-kept:]) <= 10_000 < sum(sizes[-kept - 1 :])
+    assert decode_event(reply.events[0]).seq == reply.oldest
+
+
 def test_another_incarnation_and_the_future_have_no_events() -> None:
     """The reply contains the incarnation of the buffer."""
     buffer = EventBuffer(INITIATOR.id, 5)

@@ -27,15 +27,48 @@ def test_a_tile_keeps_the_row_of_its_first_visit() -> None:
         give_rows(robots, 1, agent, module, INITIAL_WEIGHT)
         rows.append(robots.next_rows.tolist())
     count = first.size
-    assert rows[0] == (1 + 2 * first).tolist()
-    assert rows[1] == (1 + 2 * (first + count)).tolist()
+    assert rows[0] == first.tolist()
+    assert rows[1] == (first + count).tolist()
     assert rows[2] == rows[0]
-    assert rows[3] == [*rows[0][1:], 1 + 2 * 2 * count]
+    assert rows[3] == [*rows[0][1:], 2 * count]
     assert robots.rows_used.tolist() == [0, 2 * count + 1]
-    assert (robots.weights[1::2][: 2 * count + 1] == INITIAL_WEIGHT).all()
+    assert (robots.weights[: 2 * count + 1] == INITIAL_WEIGHT).all()
     robots.state_tiles[1] = first + 1
     find_rows(robots, 1, 0, 0)
     assert robots.state_rows.tolist() == rows[3]
+
+
+def visit(robots: Robots, i: int, agent: int, tiles: int) -> set[int]:
+    """Let an agent visit its first tiles; return the rows that they have."""
+    rows: set[int] = set()
+    width = robots.next_tiles.shape[0]
+    for first in range(0, tiles, width):
+        robots.next_tiles[:] = first + np.arange(width)
+        give_rows(robots, i, agent, 0, INITIAL_WEIGHT)
+        rows |= set(robots.next_rows.tolist())
+    return rows
+
+
+def test_robots_need_what_they_visit_together() -> None:
+    """However unequal they are, their rows are the first of the table, and none is of two robots."""
+    robots = new_robots()
+    one = visit(robots, 0, 0, 600) | visit(robots, 0, 1, 600)
+    other = visit(robots, 1, 0, 80) | visit(robots, 1, 1, 80)
+    assert len(one | other) == len(one) + len(other)
+    assert max(one | other) < 1.2 * (len(one) + len(other) + 256)
+
+
+def test_rows_of_a_former_generation_are_used_again() -> None:
+    """By whichever robot needs some, for as many generations as there are."""
+    robots = new_robots()
+    highest = 0
+    for generation in range(50):
+        i = generation % 2
+        forget(robots, i)
+        rows = visit(robots, i, 0, 600)
+        highest = max(highest, *rows)
+    assert highest < 2 * 600 + 2 * 256
+    assert robots.free_count[0] + 2 * 3 == robots.free_blocks.size
 
 
 def test_the_table_of_all_tiles_has_the_initial_weight_where_no_row_is() -> None:

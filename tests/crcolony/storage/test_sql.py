@@ -12,6 +12,7 @@ from crcolony.storage.sql import (
     close_as_one_file,
     digest_of,
     insert,
+    insert_large,
     insert_or_replace,
     select,
     select_one,
@@ -54,6 +55,17 @@ def test_rows_are_inserted_replaced_and_updated_with_their_digests(
     assert list(select(database, "SELECT * FROM rows")) == [row | {"digest": digest}]
     assert digest == digest_of("rows", row)
     assert select_one(database, "SELECT * FROM rows WHERE seq = ?", 2) is None
+
+
+def test_a_large_row_is_inserted_once_like_any_other(database: sqlite3.Connection) -> None:
+    """One of the same key is an error here, too."""
+    row = {"seq": 1, "name": "long"}
+    insert_large(database, "rows", row)
+    assert list(select(database, "SELECT * FROM rows")) == [
+        row | {"digest": digest_of("rows", row)}
+    ]
+    with pytest.raises(sqlite3.IntegrityError):
+        insert_large(database, "rows", row)
 
 
 def test_a_closed_database_is_one_file(tmp_path: Path) -> None:

@@ -1,5 +1,7 @@
 """A robot's store keeps what is written, refuses files it cannot use, and continues after a disk was full."""
 
+import ctypes
+import gc
 import signal
 import sqlite3
 import subprocess
@@ -12,6 +14,7 @@ import numpy as np
 import pytest
 
 from crcolony.errors import FatalStorageError
+from crcolony.storage.files import log_of
 from crcolony.storage.reading import read_stored_robot
 from crcolony.storage.sql import StorageError
 from crcolony.storage.store import RobotStore, StorageFullError
@@ -30,6 +33,22 @@ from tests.support.robot_stores import (
     room_for,
     see,
 )
+
+LIBC = ctypes.CDLL(None)
+
+
+class Mallinfo(ctypes.Structure):
+    """`struct mallinfo2` of the GNU C library."""
+
+    _fields_ = tuple((f"field{k}", ctypes.c_size_t) for k in range(10))
+
+
+def allocated_bytes() -> int:
+    """Return what all code of this process has allocated of the C library, small Python objects apart."""
+    gc.collect()
+    LIBC.mallinfo2.restype = Mallinfo
+    info = LIBC.mallinfo2()
+    return int(info.field7 + info.field4)  # in the heap, and in mappings of its own
 
 
 def test_a_new_file_is_empty(tmp_path: Path) -> None:
@@ -243,6 +262,35 @@ def test_after_a_failed_sync_nothing_more_is_written(tmp_path: Path) -> None:
     store = open_store(path)
     assert [record.nonce for record, _ in store.decisions_since()] == [1]
     store.close()
+
+
+def test_the_log_stays_short(tmp_path: Path) -> None:
+    """It is merged into the file at one mebibyte, and a snapshot that is larger makes it longer for a while only."""
+    path = tmp_path / "robot.sqlite"
+    store = open_store(path)
+    large = {"weights": np.random.default_rng(0).normal(size=400_000)}
+    store.save(large, [], 0)
+    assert log_of(path).stat().st_size > 2**21
+    for number in range(1, 400):
+        mate(store, number)
+    assert log_of(path).stat().st_size <= 1.25 * 2**20
+    store.close()
+
+
+@pytest.mark.skipif(not hasattr(LIBC, "mallinfo2"), reason="needs the GNU C library")
+def test_an_open_store_takes_little_memory(tmp_path: Path) -> None:
+    """So many hundred robots fit into one process: none of their snapshots stays in memory."""
+    stores = [open_store(tmp_path / f"{number}.sqlite") for number in range(2)]
+    for store in stores:  # what is allocated once
+        store.save({"weights": np.zeros(100_000) + 1.0}, [], 0)
+    before = allocated_bytes()
+    stores += [open_store(tmp_path / f"{number}.sqlite") for number in range(2, 12)]
+    for tick in range(3):
+        for store in stores:
+            store.save({"weights": np.random.default_rng(tick).normal(size=100_000)}, [], tick)
+    assert (allocated_bytes() - before) / 10 < 350_000
+    for store in stores:
+        store.close()
 
 
 def test_a_file_is_for_one_process(tmp_path: Path) -> None:

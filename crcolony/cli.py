@@ -92,12 +92,17 @@ LOGGING = ("launch", "arena", "robot", "bridge", "host", "router", "dashboard", 
 """Commands that run for long, and whose output can be JSON."""
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command and return its exit code (see `crcolony.errors`); a CrcolonyError is printed in one line."""
+def main(
+    arguments: Sequence[str] | None = None, parser: argparse.ArgumentParser | None = None
+) -> int:
+    """Run a command and return its exit code (see `crcolony.errors`); a CrcolonyError is printed in one line.
+
+    `parser` is that of all commands, where it has been made already.
+    """
     end_with_parent()
     words = sys.argv[1:] if arguments is None else list(arguments)
     with standard_streams() as streams, _output(words):
-        code = _run(words)
+        code = _run(words, parser or make_parser())
         with contextlib.suppress(BrokenPipeError):
             sys.stdout.flush()
         if streams.error is None or code != EXIT_OK:
@@ -126,8 +131,7 @@ def _log_format(words: list[str]) -> str | None:
     return found or os.environ.get(LOG_FORMAT)
 
 
-def _run(arguments: Sequence[str] | None) -> int:
-    parser = make_parser()
+def _run(arguments: Sequence[str], parser: argparse.ArgumentParser) -> int:
     if "_ARGCOMPLETE" in os.environ:
         import argcomplete
 

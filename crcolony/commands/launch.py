@@ -2,6 +2,7 @@
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from crcolony.commands.earlier_run import Start, add_from
 from crcolony.commands.network_options import (
@@ -19,6 +20,9 @@ from crcolony.commands.options import (
     add_log_format,
     add_no_plots,
 )
+
+if TYPE_CHECKING:
+    from crcolony.runtime.forked_process import ForkServer
 
 
 def add_launch(parser: argparse.ArgumentParser) -> None:
@@ -70,6 +74,13 @@ def add_launch(parser: argparse.ArgumentParser) -> None:
 
 
 def _launch(options: argparse.Namespace) -> int:
+    from crcolony.runtime.forked_process import ForkServer
+
+    with ForkServer() as server:  # it gets ready meanwhile
+        return _launch_from(server, options)
+
+
+def _launch_from(server: "ForkServer", options: argparse.Namespace) -> int:
     from crcolony.results.colony_folder import open_colony_folder
     from crcolony.runtime.launch import run_launch
     from crcolony.runtime.launch_plan import LaunchOptions
@@ -103,7 +114,7 @@ def _launch(options: argparse.Namespace) -> int:
             has_dashboard=options.dashboard,
             has_plots=options.has_plots,
         )
-        return run_launch(launch, folder)
+        return run_launch(launch, folder, server)
 
 
 def _uses_defaults(options: argparse.Namespace) -> bool:

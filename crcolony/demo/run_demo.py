@@ -26,6 +26,7 @@ from crcolony.results.plots import draw_generations_of
 from crcolony.results.plots.conditions import PlotError
 from crcolony.results.run_folder import RunFolder
 from crcolony.results.run_report import write_results
+from crcolony.runtime.forked_process import ForkServer
 from crcolony.runtime.launch import run_processes
 from crcolony.runtime.launch_plan import LaunchOptions
 from crcolony.shutdown import ShutdownSignal
@@ -147,7 +148,8 @@ def _live(
             minutes=None,
             has_dashboard=has_dashboard,
         )
-        outcome = run_processes(console, launch, live_folder, stop, wake)
+        with ForkServer() as server:
+            outcome = run_processes(console, launch, live_folder, server, stop, wake)
         try:
             return write_results(live_folder.path, config).merged, outcome.lived_s
         except StorageError as error:

@@ -10,6 +10,7 @@ give the same robots, bit for bit.
 import contextlib
 import ctypes
 import ctypes.util
+import functools
 import hashlib
 import os
 from collections.abc import Callable, Sequence
@@ -133,8 +134,10 @@ def _table(*owners: Robots | StepParameters) -> np.ndarray:
     return np.array(words, dtype=np.uint64)
 
 
+@functools.cache
 def _link(entry: bytes, code: bytes) -> Any:
-    """Return the function of this name of object code for this machine."""
+    """Return the function of this name of object code for this machine, of which one is enough for
+    all robots of a process."""
     from llvmlite import binding  # type: ignore[import-untyped]
 
     binding.load_library_permanently(ctypes.util.find_library("m"))  # for exp()

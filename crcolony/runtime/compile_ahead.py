@@ -8,7 +8,7 @@ from crcolony.config import load
 from crcolony.errors import CrcolonyError
 from crcolony.runtime.start_arena import compile_world
 from crcolony.runtime.startup_report import StartupReport
-from crcolony.runtime.warm_up import warm_up
+from crcolony.runtime.warm_up import any_robot, warm_up
 
 
 def compile_ahead(print_line: Callable[[str], None]) -> Path:
@@ -19,7 +19,7 @@ def compile_ahead(print_line: Callable[[str], None]) -> Path:
     folder = kept_code()
     config = load()
     with StartupReport(lambda data: None, print_line) as report:
-        warm_up(config, report)
+        warm_up(*any_robot(config), report)
         compile_world(config, report)
     return folder
 

@@ -19,6 +19,7 @@ from crcolony.protocol.telemetry_messages import Exchanged, RobotEvent
 from crcolony.results.colony_folder import ColonyFolder
 from crcolony.results.run_report import print_run_report
 from crcolony.runtime.console import format_clock
+from crcolony.runtime.forked_process import ForkServer
 from crcolony.runtime.launch_plan import (
     LaunchOptions,
     child_processes,
@@ -52,7 +53,7 @@ class LaunchOutcome:
     """From the first control period on"""
 
 
-def run_launch(launch: LaunchOptions, folder: ColonyFolder) -> int:
+def run_launch(launch: LaunchOptions, folder: ColonyFolder, server: ForkServer) -> int:
     """Run until stopped or until all robots are done, and print a report; return the exit code.
 
     Raises CrcolonyError for wrong input.
@@ -61,7 +62,7 @@ def run_launch(launch: LaunchOptions, folder: ColonyFolder) -> int:
     wake = threading.Event()
     stop = ShutdownSignal(wake=wake.set)
     started_s = time.monotonic()
-    outcome = run_processes(console, launch, folder, stop, wake)
+    outcome = run_processes(console, launch, folder, server, stop, wake)
     headline = f"stopped after {time.monotonic() - started_s:.0f} s"
     print_run_report(console, launch.folder, launch.config, stop, headline, launch.has_plots)
     return EXIT_OK if outcome.is_well else 1
@@ -71,6 +72,7 @@ def run_processes(
     console: Console,
     launch: LaunchOptions,
     folder: ColonyFolder,
+    server: ForkServer,
     stop: ShutdownSignal,
     wake: threading.Event,
 ) -> LaunchOutcome:
@@ -81,10 +83,10 @@ def run_processes(
     _prepare(launch, folder)
     with contextlib.ExitStack() as held:
         networks = held.enter_context(chosen_networks(launch))
-        children = child_processes(launch, networks)
+        children = child_processes(launch, networks, server.start)
         _print_start(console, launch, networks.endpoint)
-        held.enter_context(_running(children, stop))
         supervisor = _Supervisor(console, children, stop)
+        held.enter_context(_running(children, stop))
         # What this launch starts answers soon; what it joins may not.
         warn = supervisor.print if launch.robots_only else lambda line: None
         with open_connection(networks.robots, supervisor.is_over, warn) as connection:

@@ -2,13 +2,12 @@
 
 import contextlib
 import shlex
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import crcolony
 from crcolony.config import Config
+from crcolony.runtime.started_process import StartProcess, start_interpreter
 from crcolony.runtime.supervisor import DASHBOARD, ChildProcess
 from crcolony.storage.files import make_folder
 from crcolony.transport.network_settings import HERE, MAX_MESH_ROBOTS, PORT, NetworkSettings
@@ -95,36 +94,33 @@ def connect_option(endpoint: str) -> str:
     return f" {endpoint}" if endpoint.startswith("--") else f" --connect {shlex.quote(endpoint)}"
 
 
-def child_processes(launch: LaunchOptions, networks: LaunchNetworks) -> list[ChildProcess]:
-    """Return the processes to start, in order; creates the folder of their logs."""
+def child_processes(
+    launch: LaunchOptions, networks: LaunchNetworks, start: StartProcess = start_interpreter
+) -> list[ChildProcess]:
+    """Return the processes to start, in order; creates the folder of their logs.
+
+    `start` starts all but the dashboard, which has other libraries.
+    """
     logs = launch.folder / "logs"
     make_folder(logs)
     children = []
     if networks.router is not None:
-        children.append(_child("router", ["router", *_network_options(networks.router)], logs))
+        children.append(
+            _child("router", ["router", *_network_options(networks.router)], logs, start)
+        )
     if not launch.robots_only:
-        children.append(_child("arena", _arena_command(launch, networks.arena), logs))
+        children.append(_child("arena", _arena_command(launch, networks.arena), logs, start))
     if launch.has_dashboard:
-        children.append(_child(DASHBOARD, _dashboard_command(launch, networks.robots), logs))
+        command = _dashboard_command(launch, networks.robots)
+        children.append(_child(DASHBOARD, command, logs, start_interpreter))
     for number in range(launch.count):
         command = _robot_command(launch, networks.robots, number)
-        children.append(_child(f"robot {number}", command, logs))
+        children.append(_child(f"robot {number}", command, logs, start))
     return children
 
 
-def _child(name: str, command: list[str], logs: Path) -> ChildProcess:
-    log = logs / f"{name.replace(' ', '-')}.log"
-    return ChildProcess(name, [*_python_command(), *command], log)
-
-
-def _python_command() -> list[str]:
-    """Return how to start `crcolony` so that no user's file in the working folder, as `queue.py`, is a module there.
-
-    A checkout that is not installed is found through the working folder, where nothing but it should be.
-    """
-    is_in_working_folder = Path(crcolony.__file__).parents[1] == Path.cwd()
-    safe_path = [] if is_in_working_folder else ["-P"]
-    return [sys.executable, *safe_path, "-m", "crcolony"]
+def _child(name: str, command: list[str], logs: Path, start: StartProcess) -> ChildProcess:
+    return ChildProcess(name, command, logs / f"{name.replace(' ', '-')}.log", start)
 
 
 def _network_options(network: NetworkSettings) -> list[str]:

@@ -95,7 +95,7 @@ def run_robot(options: RobotOptions, service: ServiceNotifier) -> None:
         else own_streams([identity.id])
     )
     founders = _founders_of(options, identity.id)
-    batch, _, (robot,) = make_robots(config, [identity.id.hex()], streams, founders)
+    batch, parameters, (robot,) = make_robots(config, [identity.id.hex()], streams, founders)
     schema = bytes.fromhex(robot.subpopulation.schema.digest)
     with contextlib.ExitStack() as opened:
         connection = opened.enter_context(
@@ -109,7 +109,7 @@ def run_robot(options: RobotOptions, service: ServiceNotifier) -> None:
         publish = _signed_activity(transport, identity, options.colony)
         report = StartupReport(publish, service.reporting(print_line))
         with declared_as_observer(session), report, stop.interruptible():
-            warm_up(config, report)
+            warm_up(batch, parameters, report)
         if stop():
             return
         store = RobotStore(options.folder / ROBOT_FILE, identity.id, schema)

@@ -4,7 +4,6 @@ import contextlib
 import os
 import shutil
 import signal
-import subprocess
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -13,7 +12,7 @@ from pathlib import Path
 
 from crcolony.errors import EXIT_OK, EXIT_WRONG_INPUT
 from crcolony.json_log import message_of
-from crcolony.shutdown import ENDS_WITH_PARENT
+from crcolony.runtime.started_process import StartedProcess, StartProcess, start_program
 
 _MAX_STARTS = 5
 """A process that dies after this many starts within a minute is not restarted."""
@@ -37,7 +36,8 @@ class ChildProcess:
     name: str
     command: list[str]
     log: Path
-    process: subprocess.Popen[bytes] | None = None
+    start_process: StartProcess = start_program
+    process: StartedProcess | None = None
     starts: deque[float] = field(default_factory=lambda: deque(maxlen=_MAX_STARTS))
     """Times of the latest starts"""
     ended: str = ""
@@ -46,21 +46,11 @@ class ChildProcess:
     restarts: int = 0
 
     def start(self, now_s: float) -> None:
-        """Start the process, in a session of its own, so that Ctrl-C here does not reach it.
-
-        Its standard input is a pipe that this process holds open, and on whose end it terminates.
-        """
+        """Start the process."""
         self.starts.append(now_s)
         self.restart_at_s = None
         with self.log.open("ab") as log:
-            self.process = subprocess.Popen(
-                self.command,
-                stdin=subprocess.PIPE,
-                stdout=log,
-                stderr=log,
-                env={**os.environ, ENDS_WITH_PARENT: "1"},
-                start_new_session=True,
-            )
+            self.process = self.start_process(self.command, log)
 
     def shorten_log(self) -> None:
         """Move what a long log holds into `.1` beside it, in place of what was there; the process writes on.
@@ -81,6 +71,7 @@ class ChildProcess:
         if self.process is None or self.process.poll() is None:
             return None
         code = self.process.returncode
+        assert code is not None
         self.release()
         if code == EXIT_OK:
             self.ended = "done"
@@ -118,13 +109,13 @@ class ChildProcess:
     def terminate(self) -> None:
         """Send SIGTERM, on which it saves and exits; one that is stopped is continued."""
         if self.process is not None and self.is_running:
-            self.process.terminate()
+            self.process.send_signal(signal.SIGTERM)
             self.process.send_signal(signal.SIGCONT)
 
     def release(self) -> None:
         """Kill the process if it is still running, and close its pipe."""
         if self.process is not None:
-            self.process.kill()
+            self.process.send_signal(signal.SIGKILL)
             with self.process:
                 self.process = None
 

@@ -6,26 +6,36 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
-
-from crcolony.body.contract import OBSERVATION_WIDTH
 from crcolony.config import Config
-from crcolony.robot.aot_step import machine_code_path
+from crcolony.robot.aot_step import load_step, machine_code_path
 from crcolony.robot.factory import make_robots, numbered_streams
+from crcolony.robot.state import Robots, StepParameters
 from crcolony.runtime.startup_report import Progress, StartupReport
 
 COMPILING_STEP = "compiling the control step"
 
 
-def warm_up(config: Config, report: StartupReport) -> None:
-    """Load the control step, compiled first if there is none; if another process compiles it, wait for that."""
-    batch, parameters, (robot,) = make_robots(config, ["0"], numbered_streams(0, 0, 1))
-    path = machine_code_path(batch, parameters)
+def warm_up(robots: Robots, parameters: StepParameters, report: StartupReport) -> None:
+    """Load the control step of robots, compiled first if there is none; if another process does that, wait for it."""
+    path = machine_code_path(robots, parameters)
     with contextlib.ExitStack() as held:
         if path is not None and not path.exists():
             held.enter_context(_compiling(path, report))
-        robot.start()
-        robot.step(np.zeros(OBSERVATION_WIDTH))
+        load_step(robots, parameters)
+
+
+def load_step_if_compiled() -> None:
+    """Load the control step for the robots that this process will fork, unless it has to be compiled first."""
+    robots, parameters = any_robot(Config())
+    path = machine_code_path(robots, parameters)
+    if path is not None and path.exists():
+        load_step(robots, parameters)
+
+
+def any_robot(config: Config) -> tuple[Robots, StepParameters]:
+    """Return what the control step of one robot depends on, which is the same for all robots of a config."""
+    robots, parameters, _ = make_robots(config, ["0"], numbered_streams(0, 0, 1))
+    return robots, parameters
 
 
 @contextlib.contextmanager

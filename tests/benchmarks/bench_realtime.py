@@ -30,8 +30,9 @@ PARTS = {
     "python with numpy": "import numpy",
     "the control step and all that is imported": "from pathlib import Path;"
     "from crcolony.runtime.start_robot import *; config = Config();"
-    "warm_up(config, StartupReport(lambda data: None, print))",
-    "a robot's weights": "robot = make_robots(config, ['0'], numbered_streams(0, 0, 1))",
+    "robot = make_robots(config, ['0'], numbered_streams(0, 0, 1));"
+    "warm_up(*robot[:2], StartupReport(lambda data: None, print))",
+    "a robot's weights": "another = make_robots(config, ['0'], numbered_streams(0, 0, 1))",
     "sqlite": "store = RobotStore(Path(FOLDER) / 'file', bytes(16), bytes(16)); store.begin_incarnation(1)",
     "zenoh": "session = open_session(NetworkSettings(listen=('tcp/127.0.0.1:0',)))",
 }

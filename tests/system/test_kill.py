@@ -177,22 +177,28 @@ def wait_for_bodies(run: Path, times: int) -> None:
 
 
 def test_launch_restarts_processes_that_are_killed(tmp_path: Path) -> None:
-    """A robot and the arena are killed; launch prints it, and both resume; at the end the ledger is exact."""
+    """A robot and the arena are killed; launch prints it, and both resume; at the end the ledger is exact.
+
+    So is the fork server, of which nobody takes notice: another one forks them.
+    """
     run = tmp_path / "run"
     with colony(tmp_path) as made:
         options = ("-n", "3", *CLOCK, *settings(), "--out", str(run))
         launched = made.start("launch", "launch", "--no-plots", *options)
         launched.wait_for("3 robots are connected")
         wait_for_bodies(run, 1)
+        first = child_of(launched, "fork", "server")
         victims = child_of(launched, "robot", "--number", "1"), child_of(launched, "arena", "--hz")
-        for child in victims:
+        for child in (first, *victims):
             child.kill()
         launched.wait_for("robot 1: killed by SIGKILL")
         launched.wait_for("robot 1 is restarted")
         launched.wait_for("arena is restarted")
         wait_for_bodies(run, 2)
         children = psutil.Process(launched.pid).children()
-        assert len(children) == 4
+        assert len(children) == 5
+        assert child_of(launched, "fork", "server") != first
+        assert {child.cmdline()[0] for child in children} == {"crcolony"}, "all are forked"
         launched.stop()
         assert not any(child.is_running() for child in children)
         assert "history hash: " in launched.output

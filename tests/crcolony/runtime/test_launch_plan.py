@@ -16,7 +16,6 @@ from crcolony.runtime.launch_plan import (
     chosen_networks,
     connect_option,
 )
-from crcolony.runtime.supervisor import ChildProcess
 from crcolony.transport.network_settings import HERE, MAX_MESH_ROBOTS, NetworkSettings
 
 LAUNCH = LaunchOptions(
@@ -93,15 +92,10 @@ def test_where_the_arena_listens_the_robots_connect() -> None:
     assert networks == LaunchNetworks(NetworkSettings(connect=(SEED,)), network, None, SEED)
 
 
-def words_of(child: ChildProcess) -> list[str]:
-    """Return the command line of a process, without the interpreter."""
-    return child.command[child.command.index("crcolony") + 1 :]
-
-
 def commands(options: LaunchOptions, folder: Path) -> dict[str, list[str]]:
-    """Return the command lines by process, without the interpreter."""
+    """Return the command lines by process."""
     options = launch(**{**options.__dict__, "folder": folder})
-    return {child.name: words_of(child) for child in child_processes(options, NETWORKS)}
+    return {child.name: child.command for child in child_processes(options, NETWORKS)}
 
 
 NETWORKS = LaunchNetworks(
@@ -148,7 +142,7 @@ def test_a_router_is_the_first_process(tmp_path: Path) -> None:
     networks = LaunchNetworks(client, client, router, SEED)
     children = child_processes(launch(folder=tmp_path), networks)
     assert [child.name for child in children] == ["router", "arena", "robot 0", "robot 1"]
-    assert words_of(children[0]) == ["router", "--listen", SEED]
+    assert children[0].command == ["router", "--listen", SEED]
     assert "--client" in children[1].command
     assert msgspec.structs.replace(client, role="peer") == NETWORKS.robots
 

@@ -19,10 +19,15 @@ def child(folder: Path, code: str, name: str = "robot 1") -> ChildProcess:
     return ChildProcess(name, [sys.executable, "-c", code], folder / "log")
 
 
+def running(process: ChildProcess) -> subprocess.Popen[bytes]:
+    """Return the program that runs."""
+    assert isinstance(process.process, subprocess.Popen)
+    return process.process
+
+
 def exit_of(process: ChildProcess, now_s: float) -> str | None:
     """Wait until a process has exited, and return what the supervisor reports."""
-    assert process.process is not None
-    process.process.wait(30.0)
+    running(process).wait(30.0)
     return process.restart_if_dead(now_s)
 
 
@@ -47,8 +52,7 @@ def test_a_process_that_is_killed_is_restarted_after_a_delay(tmp_path: Path) -> 
     process = child(tmp_path, "import time; time.sleep(60)")
     process.start(0.0)
     assert process.restart_if_dead(0.1) is None
-    assert process.process is not None
-    process.process.kill()
+    running(process).kill()
     assert exit_of(process, 1.0) == "robot 1: killed by SIGKILL"
     assert not process.is_over
     assert process.restart_if_dead(1.4) is None
@@ -91,7 +95,7 @@ def started(*processes: ChildProcess) -> Sequence[subprocess.Popen[bytes]]:
         process.start(0.0)
     logs = [process.log for process in processes]
     wait_until(lambda: all(last_line(log) == "up" for log in logs), "they are up")
-    return [process.process for process in processes if process.process is not None]
+    return [running(process) for process in processes]
 
 
 def test_robots_end_before_the_others_and_all_have_time_to_save(tmp_path: Path) -> None:
@@ -211,16 +215,16 @@ def test_a_long_log_goes_on_in_an_empty_file(
     code = "import sys\nfor _ in range(400):\n print('x' * 9, flush=True); sys.stdin.read(1)"
     process = child(tmp_path, code)
     process.start(0.0)
-    assert process.process is not None
-    assert process.process.stdin is not None
+    typed = running(process).stdin
+    assert typed is not None
     for _ in range(399):
         process.shorten_log()
         size = process.log.stat().st_size
-        process.process.stdin.write(b".")
-        process.process.stdin.flush()
+        typed.write(b".")
+        typed.flush()
         wait_until(partial(_is_longer, process.log, size), "a line is written")
-    process.process.stdin.close()
-    process.process.wait(30.0)
+    typed.close()
+    running(process).wait(30.0)
     lines = [(tmp_path / name).read_bytes() for name in ("log", "log.1")]
     assert all(len(each) <= 2000 for each in lines)
     assert all(set(each.split(b"\n")) <= {b"x" * 9, b""} for each in lines), "no holes"

@@ -10,12 +10,11 @@ import crcolony.runtime.warm_up as module
 from crcolony.config import Config
 from crcolony.protocol.telemetry_messages import decode_activity
 from crcolony.robot.aot_step import machine_code_path
-from crcolony.robot.factory import make_robots, numbered_streams
 from crcolony.runtime.startup_report import StartupReport
-from crcolony.runtime.warm_up import COMPILING_STEP, warm_up
+from crcolony.runtime.warm_up import COMPILING_STEP, any_robot, warm_up
 from tests.support.process import wait_until
 
-STEP = machine_code_path(*make_robots(Config(), ["0"], numbered_streams(0, 0, 1))[:2])
+STEP = machine_code_path(*any_robot(Config()))
 pytestmark = pytest.mark.skipif(STEP is None, reason="nothing is compiled here")
 
 
@@ -23,9 +22,9 @@ def test_a_step_that_is_compiled_already_is_only_loaded() -> None:
     """Nothing is reported."""
     lines = list[str]()
     with StartupReport(lambda data: None, lines.append) as report:
-        warm_up(Config(), report)  # compiles, if no test has done it
+        warm_up(*any_robot(Config()), report)  # compiles, if no test has done it
         lines.clear()
-        warm_up(Config(), report)
+        warm_up(*any_robot(Config()), report)
     assert not lines
 
 
@@ -42,7 +41,7 @@ def test_a_process_that_waits_for_another_shows_its_progress(
     with path.with_suffix(".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         with StartupReport(published.append, lambda line: None) as report:
-            waiting = threading.Thread(target=warm_up, args=(Config(), report))
+            waiting = threading.Thread(target=warm_up, args=(*any_robot(Config()), report))
             waiting.start()
             wait_until(lambda: published, "it reports")
             assert waiting.is_alive()

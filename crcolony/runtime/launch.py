@@ -25,6 +25,7 @@ from crcolony.runtime.launch_plan import (
     child_processes,
     chosen_networks,
     connect_option,
+    mesh_warning,
 )
 from crcolony.runtime.supervisor import ChildProcess, dashboard_address, end_all
 from crcolony.shutdown import ShutdownSignal
@@ -85,6 +86,8 @@ def run_processes(
         networks = held.enter_context(chosen_networks(launch))
         children = child_processes(launch, networks, server.start)
         _print_start(console, launch, networks.endpoint)
+        if warning := mesh_warning(launch, networks):
+            console.print(warning, soft_wrap=True)
         supervisor = _Supervisor(console, children, stop)
         held.enter_context(_running(children, stop))
         # What this launch starts answers soon; what it joins may not.

@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import msgspec
+
 from crcolony.config import Config
 from crcolony.runtime.started_process import StartProcess, start_interpreter
 from crcolony.runtime.supervisor import DASHBOARD, ChildProcess
@@ -66,24 +68,36 @@ def chosen_networks(launch: LaunchOptions) -> Iterator[LaunchNetworks]:
 
 
 def choose_networks(launch: LaunchOptions, is_usual_port_free: bool = True) -> LaunchNetworks:
-    """Return the given network, or one on this machine: a mesh, or a router for more robots than a mesh carries."""
+    """Return the given network, or one on this machine, with a router for more robots than a mesh carries.
+
+    Who listens introduces the robots to each other; where nobody of this launch listens there is a mesh of any size.
+    """
     network = launch.network
     if network is None:
         seed = HERE if is_usual_port_free else f"tcp/127.0.0.1:{free_port()}"
-        if launch.count > MAX_MESH_ROBOTS and not launch.robots_only:
-            client = NetworkSettings(role="client", connect=(seed,))
-            router = NetworkSettings(role="router", listen=(seed,))
-            return LaunchNetworks(client, client, router, seed)
-        return LaunchNetworks(
-            NetworkSettings(connect=(seed,)), NetworkSettings(listen=(seed,)), None, seed
-        )
+        joins = launch.robots_only
+        network = NetworkSettings(connect=(seed,)) if joins else NetworkSettings(listen=(seed,))
     if launch.robots_only or not network.listen:
         endpoint = (*network.connect, f"--interface {network.interface}")[0]
         return LaunchNetworks(network, network, None, endpoint)
     robots = NetworkSettings(
         connect=network.listen, lease_ms=network.lease_ms, is_open=network.is_open
     )
-    return LaunchNetworks(robots, network, None, network.listen[0])
+    if launch.count <= MAX_MESH_ROBOTS:
+        return LaunchNetworks(robots, network, None, network.listen[0])
+    clients = msgspec.structs.replace(robots, role="client")
+    router = msgspec.structs.replace(network, role="router")
+    return LaunchNetworks(clients, clients, router, network.listen[0])
+
+
+def mesh_warning(launch: LaunchOptions, networks: LaunchNetworks) -> str | None:
+    """Return what to say of a mesh with more robots than it carries, as nobody of this launch can be its router."""
+    if networks.robots.role == "client" or launch.count <= MAX_MESH_ROBOTS:
+        return None
+    return (
+        f"{launch.count} robots in a mesh, which carries about {MAX_MESH_ROBOTS}: robots will lose each other;"
+        " start crcolony router, and add --client --connect with its endpoint"
+    )
 
 
 def connect_option(endpoint: str) -> str:

@@ -15,6 +15,7 @@ from crcolony.runtime.launch_plan import (
     choose_networks,
     chosen_networks,
     connect_option,
+    mesh_warning,
 )
 from crcolony.transport.network_settings import HERE, MAX_MESH_ROBOTS, NetworkSettings
 
@@ -29,7 +30,7 @@ LAUNCH = LaunchOptions(
     robots_only=False,
     minutes=None,
 )
-SEED = "tcp/10.0.0.1:7447"
+SEED, OTHER = "tcp/10.0.0.1:7447", "tcp/10.0.0.2:7447"
 
 
 def launch(**changes: object) -> LaunchOptions:
@@ -49,6 +50,34 @@ def test_many_robots_are_clients_of_a_router() -> None:
     networks = choose_networks(launch(count=MAX_MESH_ROBOTS + 1))
     assert networks.router == NetworkSettings(role="router", listen=(HERE,))
     assert networks.robots == networks.arena == NetworkSettings(role="client", connect=(HERE,))
+
+
+def test_where_a_launch_listens_a_router_serves_many_robots() -> None:
+    """It listens there in place of the arena, with what else was asked for."""
+    network = NetworkSettings(listen=(SEED,), connect=(OTHER,), lease_ms=9000, is_open=True)
+    networks = choose_networks(launch(network=network, count=MAX_MESH_ROBOTS + 1))
+    assert networks.router == msgspec.structs.replace(network, role="router")
+    clients = NetworkSettings(role="client", connect=(SEED,), lease_ms=9000, is_open=True)
+    assert networks.robots == networks.arena == clients
+    assert networks.endpoint == SEED
+
+
+@pytest.mark.parametrize(
+    ("network", "is_mesh"),
+    [
+        (NetworkSettings(connect=(SEED,)), True),
+        (NetworkSettings(interface="eth0"), True),
+        (NetworkSettings(listen=(SEED,)), False),
+        (NetworkSettings(connect=(SEED,), role="client"), False),
+        (None, False),
+    ],
+)
+def test_a_mesh_of_many_robots_is_warned_of(network: NetworkSettings | None, is_mesh: bool) -> None:
+    """It is left as it is asked for, where nobody of the launch could be a router."""
+    many = launch(network=network, count=MAX_MESH_ROBOTS + 1)
+    assert bool(mesh_warning(many, choose_networks(many))) == is_mesh
+    few = launch(network=network, count=MAX_MESH_ROBOTS)
+    assert mesh_warning(few, choose_networks(few)) is None
 
 
 def test_a_second_launch_chooses_another_port() -> None:

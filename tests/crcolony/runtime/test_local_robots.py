@@ -11,7 +11,6 @@ from crcolony.runtime import local_robots
 from crcolony.runtime.local_robots import accept_local_robots
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.interface import NoRobotsOnThisMachine, QueryReceived, RobotOnline
-from crcolony.transport.local_robots import LocalRobots
 from crcolony.transport.local_socket import HAS_LOCAL_LINKS, listen_for_robots
 from tests.support.linked_robot import LinkedRobot
 from tests.support.local_ends import RobotEnd, action, new_run
@@ -52,9 +51,7 @@ class Arena:
         robot.reply(replies[0])
 
     def close(self) -> None:
-        local = self.server.local_robots
-        if isinstance(local, LocalRobots):
-            local.close()
+        self.server.local_robots.close()
 
     def exchange(self, end: RobotEnd) -> None:
         for _ in range(8):

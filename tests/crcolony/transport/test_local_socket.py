@@ -68,6 +68,20 @@ def test_an_arena_that_is_not_here_is_not_found() -> None:
     assert open_files() == before
 
 
+def test_where_such_sockets_are_not_allowed_nobody_is_found(
+    listening: socket.socket, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As for a service that may use addresses of the network alone: a robot goes on there."""
+
+    def refuse(*_: int) -> socket.socket:
+        raise PermissionError
+
+    monkeypatch.setattr(socket, "socket", refuse)
+    assert connect_to_arena(RUN) is None
+    with pytest.raises(OSError):
+        listen_for_robots(RUN + 1)
+
+
 def test_a_run_has_one_address(listening: socket.socket) -> None:
     """A second process cannot take it; of its attempt nothing stays open."""
     before = open_files()

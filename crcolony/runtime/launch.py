@@ -89,11 +89,15 @@ def run_processes(
         if warning := mesh_warning(launch, networks):
             console.print(warning, soft_wrap=True)
         supervisor = _Supervisor(console, children, stop)
-        held.enter_context(_running(children, stop))
+        held.callback(end_all, children, lambda: stop.is_urgent)
+        # Whoever joins a large mesh last may not be linked to all of it: this process joins before the robots.
+        is_mesh = networks.robots.role != "client"
+        _start([child for child in children if not (is_mesh and child.is_robot)], stop)
         # What this launch starts answers soon; what it joins may not.
         warn = supervisor.print if launch.robots_only else lambda line: None
         with open_connection(networks.robots, supervisor.is_over, warn) as connection:
             if connection is not None:
+                _start([child for child in children if is_mesh and child.is_robot], stop)
                 supervisor.show(connection, launch, wake)
     needed = [child for child in children if not child.is_observer]
     is_well = not any(child.ended not in ("", "done") for child in needed)
@@ -216,16 +220,11 @@ def _display(console: Console) -> Iterator[Live | None]:
         yield live
 
 
-@contextlib.contextmanager
-def _running(children: list[ChildProcess], stop: ShutdownSignal) -> Iterator[None]:
-    """Run processes inside the context, and end them at its end; after a signal to `stop` no more are started."""
-    try:
-        for child in children:
-            if not stop():
-                child.start(time.monotonic())
-        yield
-    finally:
-        end_all(children, lambda: stop.is_urgent)
+def _start(children: list[ChildProcess], stop: ShutdownSignal) -> None:
+    """Start processes; after a signal to `stop` no more are started."""
+    for child in children:
+        if not stop():
+            child.start(time.monotonic())
 
 
 def _prepare(launch: LaunchOptions, folder: ColonyFolder) -> None:

@@ -95,7 +95,7 @@ def mesh_warning(launch: LaunchOptions, networks: LaunchNetworks) -> str | None:
     if networks.robots.role == "client" or launch.count <= MAX_MESH_ROBOTS:
         return None
     return (
-        f"{launch.count} robots in a mesh, which carries about {MAX_MESH_ROBOTS}: robots will lose each other;"
+        f"{launch.count} robots in a mesh, which carries about {MAX_MESH_ROBOTS}: not all may find each other;"
         " start crcolony router, and add --client --connect with its endpoint"
     )
 

@@ -73,7 +73,7 @@ def run(robots: int, hz: float, minutes: float) -> None:
                 print(f"{now_s / 60.0:6.1f} min  {shown}", flush=True)
                 time.sleep(SAMPLE_S)
                 assert host.is_running, host.output[-2000:]
-            print(host.output.rpartition("tick ")[2].splitlines()[0])
+            print("tick " + host.output.rpartition("tick ")[2].splitlines()[0])
             report(at_s, values)
         finally:
             host.stop()

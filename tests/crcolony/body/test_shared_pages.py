@@ -17,8 +17,10 @@ from crcolony.compiled import FloatArray
 from crcolony.nodes.arena_node import ArenaNode
 from crcolony.transport.shared_rows import RowPage, SharedPages
 from tests.support.arena_nodes import ARENA_RUN, IDS, filled_node, join, new_node
+from tests.support.small_colony import small
 
 SLOTS = 4
+PERIOD_S = small().arena.control_period_s
 WITHOUT_PAGE = 3
 """The slot of a robot on another machine"""
 
@@ -156,10 +158,15 @@ class Acts:
     row: FloatArray
 
 
-def acts() -> st.SearchStrategy[Acts]:
-    slots = st.integers(0, WITHOUT_PAGE - 1)
-    ages = st.sampled_from([0, 0, 0, 1, 2, 5, -1])
-    return st.builds(Acts, slots, ages, rows(ACTION_WIDTH, -2.0, 12.0))
+@st.composite
+def acts(draw: st.DrawFn) -> Acts:
+    """Return an action whose time to live is often over at the very moment, or just before or after."""
+    row = draw(rows(ACTION_WIDTH, -2.0, 12.0))
+    periods = draw(st.none() | st.integers(0, 6))
+    if periods is not None:
+        row[contract.TTL] = periods * PERIOD_S
+    age = draw(st.sampled_from([0, 0, 0, 1, 1, 2, 5, -1]))
+    return Acts(draw(st.integers(0, WITHOUT_PAGE - 1)), age, row)
 
 
 @given(
@@ -201,6 +208,23 @@ def assert_same(one: ArenaNode, other: ArenaNode) -> None:
     assert np.array_equal(one.arena.world.observations, other.arena.world.observations)
 
 
+@pytest.mark.parametrize("age", range(5))
+def test_in_real_time_an_action_is_late_at_the_same_moment(here: Machine, age: int) -> None:
+    """When it is older than its own time to live, to the very period; without one it is never late."""
+    for periods in range(6):
+        network, local = (filled_node(lockstep=False) for _ in range(2))
+        page = here.memory.begin(0)
+        row = np.zeros(ACTION_WIDTH)
+        row[contract.TTL] = PERIOD_S * periods
+        for node in (network, local):
+            for _ in range(5):
+                node.step()
+        network.apply_row(IDS[0], network.tick - age, row)
+        page.write_action(local.tick - age, row)
+        local.take_actions(here.memory.arrays)
+        assert_same(network, local)
+
+
 def test_every_action_is_taken_once(here: Machine) -> None:
     """It does not answer the next observation, nor is it counted as late then."""
     node, arrays = here.node, here.memory.arrays
@@ -212,6 +236,18 @@ def test_every_action_is_taken_once(here: Machine) -> None:
     node.take_actions(arrays)
     assert node.waiting_for == IDS[:SLOTS]
     assert not node.counts
+
+
+def test_an_observation_that_was_answered_over_the_network_is_not_answered_again(
+    here: Machine,
+) -> None:
+    """As when the link opens in between."""
+    node, page = here.node, here.pages[0]
+    assert node.apply_row(IDS[0], node.tick, np.zeros(ACTION_WIDTH))
+    page.write_action(node.tick, np.ones(ACTION_WIDTH))
+    node.take_actions(here.memory.arrays)
+    assert node.counts == {"stale": 1}
+    assert not node.save()["actions"][0].any()
 
 
 def test_an_action_that_is_being_written_is_taken_when_it_is_whole(here: Machine) -> None:

@@ -64,7 +64,7 @@ class ForkServer:
 
     def __init__(self) -> None:
         self._is_usable = sys.platform == "linux"
-        self._has_forked = False
+        self._has_forked = self._is_adopting = False
         self._server: subprocess.Popen[bytes] | None = None
         self._channel: socket.socket | None = None
 
@@ -77,10 +77,11 @@ class ForkServer:
         if self._is_usable:
             _adopt_orphans(True)
             self._start()
+            self._is_adopting = True
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._server is not None:
+        if self._is_adopting:
             _adopt_orphans(False)
         self._end()
 

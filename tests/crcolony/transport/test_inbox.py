@@ -263,20 +263,22 @@ def test_no_ring_is_lost_between_threads(bells: list[int]) -> None:
     threads = [threading.Thread(target=answer), threading.Thread(target=disturb)]
     for thread in threads:
         thread.start()
-    ring(to_there)
-    while turns < 5000:
-        if here.is_empty and here.wait_for_bell(to_here, 10.0):
-            got: InboundEvent | None = OBSERVATION
-        else:
-            got = here.get(10.0)
-        if got == OBSERVATION:
-            turns += 1
-            ring(to_there)
-        elif got is not None:
-            envelopes += 1
-    threads[1].join(10.0)
-    assert envelopes + len([event for event in all_in(here) if event != OBSERVATION]) == 1000
-    stopped.set()
-    there.wake()
+    try:
+        ring(to_there)
+        while turns < 5000:
+            if here.is_empty and here.wait_for_bell(to_here, 10.0):
+                got: InboundEvent | None = OBSERVATION
+            else:
+                got = here.get(10.0)
+            if got == OBSERVATION:
+                turns += 1
+                ring(to_there)
+            elif got is not None:
+                envelopes += 1
+        threads[1].join(10.0)
+        assert envelopes + len([event for event in all_in(here) if event != OBSERVATION]) == 1000
+    finally:
+        stopped.set()
+        there.wake()
     threads[0].join(10.0)
     assert not threads[0].is_alive()

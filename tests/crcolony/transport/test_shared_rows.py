@@ -78,6 +78,25 @@ def _restless() -> Iterator[None]:
     sys.setswitchinterval(before)
 
 
+def read_until(robot: RowPage, arena: RowPage, rows: int) -> None:
+    """Read so many rows in each direction, whose numbers must all be their tick."""
+    seen = acted = 0
+    last = NOTHING
+    while min(seen, acted) < rows:
+        observation = robot.read_observation()
+        if observation is not None:
+            seen += 1
+            assert (observation.row == observation.tick).all()
+            assert observation.contact is not None
+            assert observation.contact.nonce == observation.tick
+            assert int.from_bytes(observation.contact.robot, "little") == observation.tick
+        action = arena.read_action(last)
+        if action is not None:
+            acted += 1
+            last, row = action
+            assert (row == last).all()
+
+
 @pytest.mark.usefixtures("_restless")
 def test_no_torn_row_is_ever_read(memory: SharedPages) -> None:
     """While another thread writes on and on: all numbers of a row are those of its tick, in both directions."""
@@ -94,23 +113,11 @@ def test_no_torn_row_is_ever_read(memory: SharedPages) -> None:
 
     writing = threading.Thread(target=write)
     writing.start()
-    seen = acted = 0
-    last = NOTHING
-    while min(seen, acted) < 2000:
-        observation = robot.read_observation()
-        if observation is not None:
-            seen += 1
-            assert (observation.row == observation.tick).all()
-            assert observation.contact is not None
-            assert observation.contact.nonce == observation.tick
-            assert int.from_bytes(observation.contact.robot, "little") == observation.tick
-        action = arena.read_action(last)
-        if action is not None:
-            acted += 1
-            last, row = action
-            assert (row == last).all()
-    stopped.set()
-    writing.join()
+    try:
+        read_until(robot, arena, rows=2000)
+    finally:
+        stopped.set()
+        writing.join()
 
 
 def test_pages_are_used_again_as_late_as_possible(memory: SharedPages) -> None:

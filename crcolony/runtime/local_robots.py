@@ -19,8 +19,9 @@ def accept_local_robots(
 ) -> None:
     """Share memory with the robots on this machine, where that is possible; all others use the network, with `publish`.
 
-    A robot gets the present observation as soon as its link is open. `on_actions` takes the actions of all robots at
-    once; without it they are applied one by one.
+    A robot that has not answered the present observation gets it again as soon as its link is open; one that has joined
+    in this tick gets the next one first. `on_actions` takes the actions of all robots at once; without it they are
+    applied one by one.
     """
     if not HAS_LOCAL_LINKS:
         return
@@ -29,11 +30,11 @@ def accept_local_robots(
         for robot, tick, row in local.take_actions():
             bodies.apply_row(robot, tick, row)
 
-    user = LocalRobotsUser(
-        server.prove_local,
-        lambda robot: server.publish_observations([robot], publish),
-        on_actions or apply_actions,
-    )
+    def repeat_observation(robot: RobotId) -> None:
+        if robot in bodies.waiting_for:
+            server.publish_observations([robot], publish)
+
+    user = LocalRobotsUser(server.prove_local, repeat_observation, on_actions or apply_actions)
     try:
         local = LocalRobots(bodies.arena_run, bodies.slots, inbox, user)
     except OSError:  # a system that has no such sockets or memory

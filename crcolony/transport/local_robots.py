@@ -30,7 +30,7 @@ class LocalRobotsUser:
     """Returns, of a challenge and a proof, the robot, its slot, and what proves to it that this is its body; raises
     WireError"""
     on_open: Callable[[RobotId], None]
-    """Is called with a robot whose link has been opened: its present observation is to be published again"""
+    """Is called with a robot whose link has been opened, and which may have missed an observation"""
     on_actions: Callable[[], None]
     """Is called when robots have acted"""
 

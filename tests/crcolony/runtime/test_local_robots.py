@@ -90,14 +90,29 @@ def link(arena: Arena, end: RobotEnd) -> LinkedRobot:
 
 
 @linux
-def test_a_robot_gets_its_present_observation_when_the_link_opens(
+def test_an_observation_that_is_not_answered_is_repeated_when_the_link_opens(
     arena: Arena, end: RobotEnd
 ) -> None:
     """It may have been lost before; nothing of it goes over the network."""
-    arena.node.tick = 6
-    link(arena, end)
-    assert {seen.tick for seen in end.observations} == {6}
+    robot = joined(arena)
+    arena.node.step()
+    end.local.open(robot.id, arena.run, robot.keys)
+    arena.exchange(end)
+    assert {seen.tick for seen in end.observations} == {arena.node.tick}
     assert not arena.published
+
+
+@linux
+def test_a_robot_gets_no_observation_of_the_tick_in_which_it_has_joined(
+    arena: Arena, end: RobotEnd
+) -> None:
+    """It steps from the next one on, as over the network, however soon the link opens: the history is the same."""
+    link(arena, end)
+    assert not end.observations
+    arena.node.step()
+    arena.publish()
+    arena.exchange(end)
+    assert [seen.tick for seen in end.observations] == [arena.node.tick]
 
 
 @linux

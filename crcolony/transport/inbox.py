@@ -80,9 +80,7 @@ class Inbox:
 
     def get(self, timeout_s: float) -> InboundEvent | None:
         """Wait for the next event and return it; return None after the timeout, when woken, or for files' sake."""
-        if self._urgent:
-            return self._urgent.popleft()
-        # What a local link brings precedes what the network has brought.
+        # What a link on this machine brings precedes all that the network has brought, however much that is.
         has_handled = bool(self._handlers) and self._handle_files(0.0)
         if not has_handled and not self._urgent and not self._others and timeout_s > 0.0:
             self._handle_files(timeout_s)
@@ -117,7 +115,7 @@ class Inbox:
 
     def put_urgent(self, event: InboundEvent) -> None:
         """Enqueue an event of a file that is ready; only for handlers, in the loop's own thread."""
-        self._urgent.append(event)
+        self._urgent.appendleft(event)
 
     def watch(self, descriptor: int, handle: Callable[[], None], is_bell: bool = False) -> None:
         """Call a function, in the loop, as long as a file has something to read, or whenever an eventfd is rung."""

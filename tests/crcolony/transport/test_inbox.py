@@ -10,6 +10,7 @@ import pytest
 
 from crcolony.transport.inbox import Inbox
 from crcolony.transport.interface import (
+    ActionReceived,
     EnvelopeReceived,
     InboundEvent,
     ObservationReceived,
@@ -189,13 +190,15 @@ def test_a_bell_is_handled_once_whenever_it_is_rung(bells: list[int]) -> None:
 
 @linux
 def test_what_a_file_brings_precedes_what_the_network_has_brought(bells: list[int]) -> None:
-    """An envelope waits while a robot on this machine is answered, however many there are."""
+    """Envelopes, and also observations and actions that somebody floods it with, wait for a robot on this machine."""
     inbox = Inbox()
     inbox.watch(bells[0], lambda: inbox.put_urgent(OBSERVATION), is_bell=True)
+    flood = ActionReceived(ROBOT, b"action")
     for number in range(3):
         inbox.deliver(envelope(number))
+        inbox.deliver(flood)
     ring(bells[0])
-    assert all_in(inbox) == [OBSERVATION, *map(envelope, range(3))]
+    assert all_in(inbox) == [OBSERVATION, flood, flood, flood, *map(envelope, range(3))]
 
 
 @linux

@@ -162,7 +162,7 @@ class Deployment:
         """Return what the laptop sees of each robot that is alive, by its id."""
         done = subprocess.run(
             [*self.lan.laptop.before, sys.executable, "-m", "crcolony", "status", "--json",
-             "--colony", "reef", *self.observer],
+             "--seconds", "4", "--colony", "reef", *self.observer],
             capture_output=True, text=True, timeout=30, check=False,
             env=os.environ | {"PYTHONPATH": PYTHONPATH},
         )  # fmt: skip
@@ -170,6 +170,17 @@ class Deployment:
             return {}
         robots = json.loads(done.stdout)["robots"]
         return {robot["id"]: robot for robot in robots if robot["alive"] and robot.get("arena")}
+
+    def matings_of(self, robot: str) -> int:
+        """Return the matings of a robot, once the laptop sees it with a body."""
+        seen: dict[str, dict[str, Any]] = {}
+
+        def is_seen() -> bool:
+            seen.update(self.robots())
+            return robot in seen
+
+        wait_until(is_seen, f"robot {robot[:8]} is seen")
+        return int(seen[robot]["matings"])
 
     def id_of(self, name: str) -> str:
         """Return the id of the robot of this name, which its systemd knows."""

@@ -301,7 +301,7 @@ def a_host_is_replaced(made: Deployment, show: Show) -> None:
     played = made.play("backup", "--limit", "eve", "-e", f"crcolony_backup={backup}")
     assert played.code == 0, played.output
     assert backup.stat().st_mode & 0o077 == 0
-    matings = made.robots().get(eve, {"matings": 0})["matings"]
+    matings = made.matings_of(eve)
     machine.cut_power()
     machine.wipe()
     machine.switch_on()
@@ -310,7 +310,7 @@ def a_host_is_replaced(made: Deployment, show: Show) -> None:
     played = made.play("site", "--limit", "eve", "-e", f"crcolony_restore={backup}")
     assert played.code == 0, played.output
     assert made.id_of("eve") == eve
-    restored = made.robots()[eve]["matings"]
+    restored = made.matings_of(eve)
     assert restored >= matings > 0
     made.wait_for_matings({eve}, 1)
     show.say(f"eve's host was replaced by an empty one: the same robot, with {restored} matings")
@@ -321,7 +321,7 @@ def a_broken_version_is_rolled_back(
 ) -> None:
     """Its robots fail at their start: the first host gets its former version back, the next one is not touched."""
     ada, bob = made.lan.by_name("ada"), made.lan.by_name("bob")
-    robot, matings = made.id_of("ada"), made.robots()[made.id_of("ada")]["matings"]
+    robot, matings = made.id_of("ada"), made.matings_of(made.id_of("ada"))
     assert broken.startswith("0.99.1+")
     made.wheelhouse = "wheelhouse-broken"
     made.write()
@@ -332,7 +332,7 @@ def a_broken_version_is_rolled_back(
     assert ada.run("readlink", "/opt/crcolony/current").strip() == f"versions/{version}"
     assert (main_pid(bob, "bob"), bob.run("ls", "/opt/crcolony/versions")) == untouched
     assert made.id_of("ada") == robot
-    assert made.robots()[robot]["matings"] >= matings
+    assert made.matings_of(robot) >= matings
     show.say(f"{broken} is broken: ada runs {version} again, bob was not touched")
 
 

@@ -111,7 +111,8 @@ def report(robots: Sequence[subprocess.Popen[bytes]], periods: Periods) -> float
 
 def robot(folder: Path, number: int, endpoint: str) -> list[str]:
     out = str(folder / str(number))
-    return ["robot", "--arena", ARENA, "--colony", COLONY, "--out", out, "--connect", endpoint]
+    where = ["--out", out, "--connect", endpoint, "--no-shared-memory"]
+    return ["robot", "--arena", ARENA, "--colony", COLONY, *where]
 
 
 def made_of(folder: Path) -> str:

@@ -36,9 +36,10 @@ class SecuredColony:
         self.view: View = made.observer("--credentials", str(watching))
 
     def start_robot(self, folder: Path, credentials: Path) -> Robot:
-        """Start a robot that has been admitted."""
+        """Start a robot that has been admitted; it speaks with its body over the network, as one of another host."""
         self.credentials.append(credentials)
-        return self.made.robot("--credentials", str(credentials), folder=folder)
+        options = ("--credentials", str(credentials), "--no-shared-memory")
+        return self.made.robot(*options, folder=folder)
 
     def insider(self, role: Role, name: str, arenas: tuple[str, ...] = ()) -> Path:
         """Admit another member while the colony runs, and let everybody know; return its credentials."""

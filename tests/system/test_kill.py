@@ -34,8 +34,8 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Colony, 
         check_ledger(made.stores)
 
 
-def test_sixty_kills_leave_an_exact_ledger(tmp_path: Path) -> None:
-    """Six robots that mate several times a second are killed 60 times: no mating is lost, doubled, or left open."""
+def test_forty_kills_leave_an_exact_ledger(tmp_path: Path) -> None:
+    """Six robots that mate several times a second are killed 40 times: no mating is lost, doubled, or left open."""
     chance = random.Random(60)
     with colony(tmp_path) as made:
         made.arena(6, *CLOCK)
@@ -43,7 +43,7 @@ def test_sixty_kills_leave_an_exact_ledger(tmp_path: Path) -> None:
         view = made.observer()
         settle(made, view)
         first_line = len(view.lines)
-        for _ in range(60):
+        for _ in range(40):
             time.sleep(chance.uniform(0.2, 1.1))
             robot = chance.choice([robot for robot in robots if robot.has_body] or robots)
             robot.kill()
@@ -54,7 +54,7 @@ def test_sixty_kills_leave_an_exact_ledger(tmp_path: Path) -> None:
         ledger = check_ledger(made.stores)
         matings = view.mated_encounters()
         assert len(set(matings)) == len(matings), "a robot decided twice about an encounter"
-        assert during >= 20, "with so few matings this shows nothing"
+        assert during >= 15, "with so few matings this shows nothing"
         assert 2 * ledger.matings >= len(matings)
         assert ledger.turnovers > 0
         for robot in robots:

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from crcolony.protocol.telemetry_messages import RobotState
 from tests.support.attack import HZ, Figures, Siege
 
-CALM_S = 1.0
+CALM_S = 0.5
 """How long is measured without an attack."""
-ATTACK_S = 3.0
+ATTACK_S = 2.0
 MIN_MATED = 0.8
 """Of the share of encounters that become matings without an attack; the promise is 0.9."""
 MAX_LATE_PERIODS = 1.5

@@ -162,7 +162,7 @@ class Deployment:
         """Return what the laptop sees of each robot that is alive, by its id."""
         done = subprocess.run(
             [*self.lan.laptop.before, sys.executable, "-m", "crcolony", "status", "--json",
-             "--seconds", "4", "--colony", "reef", *self.observer],
+             "--seconds", "2.5", "--colony", "reef", *self.observer],
             capture_output=True, text=True, timeout=30, check=False,
             env=os.environ | {"PYTHONPATH": PYTHONPATH},
         )  # fmt: skip

@@ -71,9 +71,8 @@ class ArenaNode(BodySlots):
         self._actions = np.zeros((slots, contract.ACTION_WIDTH))
         self._fresh = np.zeros(slots, dtype=np.bool_)
         """Whether the action of a slot has arrived since the last tick"""
-        self._step_world: Callable[..., None] | None = None
-        self._take_actions: Callable[..., None] | None = None
-        self._write_observations: Callable[..., None] | None = None
+        self._direct: dict[Callable[..., None], Callable[..., None]] = {}
+        """Compiled functions as they are called without a check of types, by the function"""
         self._counts = np.zeros(3, dtype=np.int64)
         """What became of the last actions from this machine"""
         self.is_held = False
@@ -118,23 +117,17 @@ class ArenaNode(BodySlots):
         """Apply the actions that robots on this machine have written into the memory that they share."""
         counts = self._counts
         counts[:] = 0
-        arguments = (
-            pages, self.tick, self.lockstep, self._period_s, _LIMITS,
+        self._call(
+            take_actions, pages, self.tick, self.lockstep, self._period_s, _LIMITS,
             self._answered, self._actions, self._fresh, counts,
         )  # fmt: skip
-        if self._take_actions is None:
-            self._take_actions = direct(take_actions, *arguments)
-        self._take_actions(*arguments)
         if counts[STALE] or counts[MALFORMED]:
             self.counts += Counter(stale=int(counts[STALE]), malformed=int(counts[MALFORMED]))
 
     def write_observations(self, pages: Pages) -> None:
         """Write the observations of this tick into the memory that robots on this machine share."""
         rows = self.arena.world.observations[-1]
-        arguments = (pages, self.tick, rows, self._ids, self._colony_numbers)
-        if self._write_observations is None:
-            self._write_observations = direct(write_observations, *arguments)
-        self._write_observations(*arguments)
+        self._call(write_observations, pages, self.tick, rows, self._ids, self._colony_numbers)
 
     @property
     def is_ready(self) -> bool:
@@ -154,12 +147,15 @@ class ArenaNode(BodySlots):
         if self.is_held:
             self._actions[:, _WHEELS] = 0.0
             self._fresh[:] = True
-        arguments = (self.arena.world, self._actions, self._fresh)
-        if self._step_world is None:
-            self._step_world = direct(step_world, *arguments)
-        self._step_world(*arguments)
+        self._call(step_world, self.arena.world, self._actions, self._fresh)
         self._fresh[:] = False
         self.tick += 1
+
+    def _call(self, function: Callable[..., None], *arguments: Any) -> None:
+        """Call a compiled function whose arguments have the same types in every call."""
+        if function not in self._direct:
+            self._direct[function] = direct(function, *arguments)
+        self._direct[function](*arguments)
 
     # For observers, and for a checkpoint ----------------------------------------------------------------------------
 

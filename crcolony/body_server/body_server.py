@@ -11,7 +11,7 @@ from crcolony.body_server.body_links import BodyLinks, StaleRequestError
 from crcolony.body_server.body_slots import BodySlots, NoBodyError
 from crcolony.protocol.body_messages import Join, decode_action
 from crcolony.protocol.body_requests import Request
-from crcolony.protocol.codec import WireError, encode
+from crcolony.protocol.codec import Message, WireError, encode
 from crcolony.protocol.identity import Identity, RobotId
 from crcolony.protocol.signed_telemetry import purpose_of_arena, sign_telemetry
 from crcolony.protocol.token_set import TokenTable
@@ -100,6 +100,10 @@ class BodyServer:
             if observation is not None:
                 publish(robot, observation)
 
+    def sign(self, message: Message) -> bytes:
+        """Return what the arena tells all that listen, encoded and signed."""
+        return sign_telemetry(encode(message), purpose_of_arena(self._name), self._identity)
+
     def prove_local(self, challenge: bytes, data: bytes) -> tuple[RobotId, int, bytes]:
         """Return which robot on this machine has a body here, in which slot, and the proof for it.
 
@@ -157,8 +161,7 @@ class BodyServer:
         if payload:
             self._bodies.counts["malformed"] += 1
         elif self._reply_limit.allow(now_s):
-            metadata = encode(self._bodies.metadata(self._name))
-            reply(sign_telemetry(metadata, purpose_of_arena(self._name), self._identity))
+            reply(self.sign(self._bodies.metadata(self._name)))
         else:
             self._bodies.counts["too many"] += 1
 

@@ -7,9 +7,7 @@ from crcolony.body_server.body_server import BodyServer
 from crcolony.config import Config
 from crcolony.fault_simulation.simulated_network import ARENA, Schedule, SimulatedNetwork
 from crcolony.nodes.arena_node import ArenaNode
-from crcolony.protocol.codec import encode
 from crcolony.protocol.identity import SEED_BYTES, Identity, RobotId
-from crcolony.protocol.signed_telemetry import purpose_of_arena, sign_telemetry
 from crcolony.transport.interface import (
     ArenaOffline,
     ArenaOnline,
@@ -72,11 +70,7 @@ class SimulatedArena:
         self.ticks += 1
         self._server.publish_observations(node.robots, self._publish_observation)
         if self._network.scene_subscribers:
-            scene = sign_telemetry(
-                encode(node.scene("arena", self.ticks, unix_ms=0)),
-                purpose_of_arena("arena"),
-                self._identity,
-            )
+            scene = self._server.sign(node.scene("arena", self.ticks, unix_ms=0))
             for robot in sorted(self._network.scene_subscribers):
                 self._network.post((ARENA, robot), SceneReceived(scene))
         self._server.remove_absent(self._schedule.now_s)

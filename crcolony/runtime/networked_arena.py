@@ -7,9 +7,7 @@ from pathlib import Path
 from crcolony.body_server.body_server import BodyServer
 from crcolony.durable_files import replace_file
 from crcolony.nodes.arena_node import ArenaNode
-from crcolony.protocol.codec import encode
 from crcolony.protocol.identity import Identity, RobotId
-from crcolony.protocol.signed_telemetry import purpose_of_arena, sign_telemetry
 from crcolony.runtime.local_robots import accept_local_robots
 from crcolony.storage.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
 from crcolony.storage.files import FolderError
@@ -35,7 +33,7 @@ class NetworkedArena:
         checkpoint: Path | None,
         print_line: Callable[[str], None],
     ) -> None:
-        self.node, self.name, self._identity = node, name, identity
+        self.node, self.name = node, name
         self._transport, self._checkpoint, self._print_line = transport, checkpoint, print_line
         self._server = BodyServer(node, identity, transport.remove_robot, print_line, name)
         self._scenes = 0
@@ -80,8 +78,7 @@ class NetworkedArena:
             self._scene_due_s = now_s + _SCENE_PERIOD_S
             self._scenes += 1
             scene = self.node.scene(self.name, self._scenes, int(1000.0 * time.time()))
-            purpose = purpose_of_arena(self.name)
-            self._transport.publish_scene(sign_telemetry(encode(scene), purpose, self._identity))
+            self._transport.publish_scene(self._server.sign(scene))
         if now_s >= self._removal_due_s:
             self._removal_due_s = now_s + _REMOVAL_PERIOD_S
             self._server.remove_absent(now_s)

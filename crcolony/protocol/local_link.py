@@ -1,6 +1,7 @@
 """How a robot and its body prove to each other that they have the keys of a link, before they share memory.
 
-They do it on one machine, over a socket (PROTOCOL.md, "Between a robot and its body"): whoever has the memory needs no codes.
+They do it on one machine, over a socket (PROTOCOL.md, "Between a robot and its body"): whoever has the memory needs no
+codes.
 """
 
 from crcolony.protocol.body_messages import LocalLink, decode_local_link

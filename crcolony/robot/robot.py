@@ -77,8 +77,8 @@ class Robot:
         self._life = life
         self._time_sharing = time_sharing
         self._rare_events = EventGenerator()
-        self._page = new_page()
-        self._step: PagedStep | None = None
+        self._own: tuple[Page, PagedStep] | None = None
+        """The step on a page of its own; the robots of an in-process colony need none"""
         self._shared: tuple[Page, PagedStep] | None = None
 
     @property
@@ -110,7 +110,7 @@ class Robot:
     def set_parameters(self, parameters: StepParameters) -> None:
         """Step with other parameters from now on, as in another body: the same modules and actions,
         other senses."""
-        self._parameters, self._step, self._shared = parameters, None, None
+        self._parameters, self._own, self._shared = parameters, None, None
 
     def start(self) -> list[Birth]:
         """Create the first generation and give control to its first agent; return the births."""
@@ -128,11 +128,13 @@ class Robot:
         to be done: `mating_offer` and `mate` after an encounter, then `hand_over` when the slice is
         over.
         """
-        if self._step is None:
-            self._step = load_step(self._robots, self._parameters, self._page)
-        self._page.numbers[_OBSERVATION] = observation
-        self._step(self.row, NOTHING)
-        return self._page.numbers[_ACTION]
+        if self._own is None:
+            page = new_page()
+            self._own = page, load_step(self._robots, self._parameters, page)
+        page, step = self._own
+        page.numbers[_OBSERVATION] = observation
+        step(self.row, NOTHING)
+        return page.numbers[_ACTION]
 
     def step_on(self, page: Page) -> Callable[[int], int]:
         """Return the function that steps on a page of shared memory, for a tick; see `step_page`."""

@@ -125,10 +125,16 @@ def test_hosted_robots_mate_with_robots_of_other_processes(tmp_path: Path) -> No
         wait_until(are_settled, "22 robots have bodies and are connected")
         for robot in made.ids:
             view.wait_for_matings(2, robot)
+
+        def have_mated_across() -> bool:
+            pairs = [{it.initiator, it.responder} for _, it in view.update().mated_encounters()]
+            return all(any(robot in pair and pair - own for pair in pairs) for robot in own)
+
+        own = set(made.ids)
+        wait_until(have_mated_across, "each of the two has mated with a hosted robot")
         made.stop_robots()
         host.stop()
         hosted = hosted_stores(made, tmp_path / "host", 20)
         check_ledger([*made.stores, *hosted], is_settled=False)
         assert len(merge_robot_files([*made.stores, *hosted]).robots) == 22
-        own = set(made.ids)
         assert all(partners(made, number) - own for number in range(2))

@@ -1,9 +1,8 @@
 """The best that a taxi can do, by dynamic programming, and what a table of action values does."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from crcolony.compiled import FloatArray, IntArray, compiled
+from crcolony.compiled import BoolArray, FloatArray, IntArray, compiled
 from crcolony.experiments.worlds.taxi import (
     ACTIONS,
     LONGEST_TRIP,
@@ -11,8 +10,6 @@ from crcolony.experiments.worlds.taxi import (
     RewardConvention,
     step,
 )
-
-BoolArray = NDArray[np.bool_]
 
 
 def drive_by_table(q: FloatArray, starts: IntArray, convention: RewardConvention) -> FloatArray:

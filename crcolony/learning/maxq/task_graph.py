@@ -16,10 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crcolony.compiled import FloatArray, IntArray
+from crcolony.compiled import BoolArray, FloatArray, IntArray
 from crcolony.errors import CrcolonyError, did_you_mean
-
-BoolArray = NDArray[np.bool_]
 
 NO_ENTRY = -1
 """In an abstraction: here the value is always 0 and there is nothing to learn, nor to store."""

@@ -36,10 +36,15 @@ LONGEST_TRIP = 100
 class RewardConvention(Enum):
     """What the step costs in which the passenger is delivered, or an action is illegal."""
 
-    IN_PLACE = 0
+    IN_PLACE = "in place"
     """Nothing more: 20, and -10 (Gymnasium)"""
-    IN_ADDITION = 1
+    IN_ADDITION = "in addition"
     """1, as every step: 19, and -11 (the thesis' example, eq. 3.16)"""
+
+    @property
+    def is_in_addition(self) -> bool:
+        """Whether these steps cost 1, too."""
+        return self is RewardConvention.IN_ADDITION
 
 
 @compiled
@@ -103,6 +108,11 @@ def step(state: int, action: int, step_cost_in_addition: bool) -> tuple[int, flo
 def draw_start(starts: IntArray, stream: Stream) -> int:
     """Return one of these states, all equally likely."""
     return int(starts[min(int(draw(stream) * starts.shape[0]), starts.shape[0] - 1)])
+
+
+def encode_uncompiled(cell: int, passenger: int, destination: int) -> int:
+    """Return the same as `encode`, in plain Python: one call needs no compiler."""
+    return (cell * (STANDS + 1) + passenger) * STANDS + destination
 
 
 def factors_of_states() -> tuple[IntArray, IntArray, IntArray]:

@@ -31,11 +31,17 @@ class FlatLearner(NamedTuple):
     """(actions,)"""
 
 
+EPISODES, STEPS, STATE, ACTION = range(4)
+"""Elements of `Episodes.counts`"""
+
+
 class Episodes(NamedTuple):
-    """The episodes that have ended, the first `counts[0]` of room for more."""
+    """The episodes that have ended, the first of room for more, and the one that goes on."""
 
     counts: IntArray
-    """(2,) episodes, steps"""
+    """(4,) how many have ended, steps of all, and the present STATE and ACTION, which is NO_ACTION between episodes"""
+    total: FloatArray
+    """(1,) what the present one has earned"""
     ends: IntArray
     """(room,) the step, of all, with which each ended"""
     returns: FloatArray
@@ -52,7 +58,8 @@ def flat_learner(
 
 def no_episodes(room: int) -> Episodes:
     """Return an empty list of episodes."""
-    return Episodes(np.zeros(2, dtype=np.int64), np.zeros(room, dtype=np.int64), np.zeros(room))
+    counts = np.array([0, 0, 0, NO_ACTION])
+    return Episodes(counts, np.zeros(1), np.zeros(room, dtype=np.int64), np.zeros(room))
 
 
 @compiled
@@ -64,16 +71,16 @@ def learn_by_maxq(
     stream: Stream,
     episodes: Episodes,
 ) -> None:
-    """Learn for a number of steps; an episode that is not over at the end is left."""
-    state, action, total = 0, NO_ACTION, 0.0
+    """Learn for a number of steps, and go on in the same episode when called again."""
+    state, action = episodes.counts[STATE], episodes.counts[ACTION]
     for _ in range(steps):
         if action == NO_ACTION:
-            state, total = draw_start(starts, stream), 0.0
+            state = draw_start(starts, stream)
             action = start_episode(learner, state, stream)
         state, reward, terminal = step(state, action, step_cost_in_addition)
-        total += reward
         action = learn_and_select(learner, reward, state, terminal, stream)
-        _count(episodes, action == NO_ACTION, total)
+        _count(episodes, reward, action == NO_ACTION)
+    episodes.counts[STATE], episodes.counts[ACTION] = state, action
 
 
 @compiled
@@ -85,29 +92,35 @@ def learn_by_q_learning(
     stream: Stream,
     episodes: Episodes,
 ) -> None:
-    """Learn for a number of steps; an episode that is not over at the end is left."""
+    """Learn for a number of steps, and go on in the same episode when called again."""
     q, parameters, scratch = learner
-    state, is_over, total = 0, True, 0.0
+    state, action = episodes.counts[STATE], episodes.counts[ACTION]
     for _ in range(steps):
-        if is_over:
-            state, total = draw_start(starts, stream), 0.0
+        if action == NO_ACTION:
+            state = draw_start(starts, stream)
         action = softmax(q[state], parameters[2], scratch, draw(stream))
-        state_next, reward, is_over = step(state, action, step_cost_in_addition)
-        q_learning(q, state, action, reward, state_next, is_over, parameters[0], parameters[1])
-        if is_over:
-            parameters[2] *= parameters[3]
+        state_next, reward, terminal = step(state, action, step_cost_in_addition)
+        q_learning(q, state, action, reward, state_next, terminal, parameters[0], parameters[1])
         state = state_next
-        total += reward
-        _count(episodes, is_over, total)
+        if terminal:
+            action = NO_ACTION
+            parameters[2] *= parameters[3]
+        _count(episodes, reward, terminal)
+    episodes.counts[STATE], episodes.counts[ACTION] = state, action
 
 
 @compiled
-def _count(episodes: Episodes, is_over: bool, total: float) -> None:
-    episodes.counts[1] += 1
-    if is_over and episodes.counts[0] < episodes.ends.shape[0]:
-        episodes.ends[episodes.counts[0]] = episodes.counts[1]
-        episodes.returns[episodes.counts[0]] = total
-        episodes.counts[0] += 1
+def _count(episodes: Episodes, reward: float, is_over: bool) -> None:
+    """Count a step, and the episode if it is over."""
+    episodes.counts[STEPS] += 1
+    episodes.total[0] += reward
+    if is_over:
+        place = episodes.counts[EPISODES]
+        if place < episodes.ends.shape[0]:
+            episodes.ends[place] = episodes.counts[STEPS]
+            episodes.returns[place] = episodes.total[0]
+            episodes.counts[EPISODES] += 1
+        episodes.total[0] = 0.0
 
 
 @compiled

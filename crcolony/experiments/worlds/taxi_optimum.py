@@ -42,7 +42,7 @@ def transitions(convention: RewardConvention) -> tuple[IntArray, FloatArray, Boo
     state_next = np.zeros((STATES, ACTIONS), dtype=np.int64)
     rewards = np.zeros((STATES, ACTIONS))
     ends = np.zeros((STATES, ACTIONS), dtype=np.bool_)
-    _fill_transitions(bool(convention.value), state_next, rewards, ends)
+    _fill_transitions(convention.is_in_addition, state_next, rewards, ends)
     return state_next, rewards, ends
 
 

@@ -21,7 +21,7 @@ def test_it_is_what_the_shortest_trips_earn(convention: RewardConvention) -> Non
         one[start_states(same_stand=True)] for one in factors_of_states()
     )
     assert (passenger != IN_TAXI).all()
-    shortest = best_returns(bool(convention.value))[cell, passenger, destination]
+    shortest = best_returns(convention.is_in_addition)[cell, passenger, destination]
     assert values[start_states(same_stand=True)].tolist() == shortest.tolist()
 
 

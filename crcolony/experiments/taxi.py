@@ -37,7 +37,7 @@ from crcolony.randomness import Stream, new_streams
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-STEPS, QUICK_STEPS = 250_000, 20_000
+STEPS = 250_000
 WINDOW = 5_000
 """Steps of a point of a learning curve"""
 PERIODS = {
@@ -69,24 +69,23 @@ COLUMNS = {
 
 
 def plan_jobs(plan: Plan) -> list[Job]:
-    """Return a run of each learner in each convention for each seed."""
-    steps = QUICK_STEPS if plan.is_quick else STEPS
+    """Return a run of each learner in each convention for each seed; it takes a moment, so quick ones are as long."""
     return [
-        Job(condition_of(learner, convention), seed, partial(run, learner, convention, seed, steps))
+        Job(condition_of(learner, convention), seed, partial(run, learner, convention, seed))
         for seed in plan.seeds
         for convention in CONVENTIONS
         for learner in LEARNERS
     ]
 
 
-def run(learner: str, convention: str, seed: int, steps: int) -> list[Row]:
+def run(learner: str, convention: str, seed: int) -> list[Row]:
     """Let a learner drive; return its learning curve, and a row of what came of it."""
     rewards = RewardConvention(convention)
     taxi: _Driver = _Flat(rewards) if learner == "flat" else _Maxq(learner == "abstract", rewards)
-    stream, episodes = new_streams(seed, (3,), 1)[0], no_episodes(steps)
+    stream, episodes = new_streams(seed, (3,), 1)[0], no_episodes(STEPS)
     best = optimal_values(rewards)[start_states()]
     curve: list[Row] = []
-    for end in range(WINDOW, steps + 1, WINDOW):
+    for end in range(WINDOW, STEPS + 1, WINDOW):
         taxi.learn(WINDOW, stream, episodes)
         point: Row = {"steps": end, "greedy_return": float(taxi.greedy_returns().mean())}
         curve.append(point | _mean_return("mean_return", episodes, end - WINDOW, end))
@@ -97,7 +96,7 @@ def run(learner: str, convention: str, seed: int, steps: int) -> list[Row]:
     found: Row = {
         "final_greedy_return": float(greedy.mean()),
         "greedy_optimal": float((greedy == best).mean()),
-        "steps_to_optimum": near[0] if near else steps,
+        "steps_to_optimum": near[0] if near else STEPS,
         **taxi.describe(),
     }
     for name, (first, last) in PERIODS.items():

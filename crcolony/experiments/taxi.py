@@ -15,6 +15,8 @@ from crcolony.experiments.experiment import CONDITION, Column, Experiment, Job, 
 from crcolony.experiments.taxi_claims import (
     CONVENTIONS,
     EXAMPLE,
+    IN_ADDITION,
+    IN_PLACE,
     LEARNERS,
     MEASURES,
     condition_of,
@@ -44,6 +46,7 @@ PERIODS = {
     "return_first": (0, 20_000),
     "return_settled": (40_000, 100_000),
     "return_middle": (80_000, 100_000),
+    "return_ahead": (110_000, 130_000),
     "return_last": (230_000, 250_000),
 }
 """Steps over which the columns that claims are about are means"""
@@ -171,6 +174,9 @@ class _Maxq:
         return {"entries": self._maxq.sizes.total} | example
 
 
+_PREPOSITIONS = {IN_PLACE: "of", IN_ADDITION: "to"}
+
+
 def draw(rows: Sequence[Row]) -> "Figure":
     """Draw learning curves, medians over seeds with the middle half, a panel for each convention."""
     from crcolony.results.plots.style import LINES, PAGE_IN, new_figure
@@ -184,7 +190,7 @@ def draw(rows: Sequence[Row]) -> "Figure":
             panel.fill_between(steps / 1000.0, low, high, color=line["color"], alpha=0.2)
         best = optimal_values(RewardConvention(convention))[start_states()]
         panel.axhline(best.mean(), color="0.5", linewidth=0.8, linestyle=":")
-        title = f"reward of the last step {convention} of its cost"
+        title = f"20 {convention} {_PREPOSITIONS[convention]} the cost of the last step"
         panel.set(xlabel="thousand steps", ylim=(-150.0, 15.0), title=title)
     panels[0].set_ylabel("return of an episode")
     panels[0].legend()

@@ -178,5 +178,6 @@ MEASURES: Mapping[str, Callable[[Claim, Sequence[Row]], Measured]] = {
     "abstraction-is-fastest": _fastest,
     "abstraction-level": _level,
     "flat-is-behind": partial(_is_above, "return_middle", PLAIN, FLAT),
+    "ahead-for-a-while": partial(_is_above, "return_ahead", FLAT, PLAIN),
     "overtaken": partial(_is_above, "return_last", FLAT, PLAIN),
 }

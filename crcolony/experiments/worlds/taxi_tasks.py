@@ -66,6 +66,7 @@ def taxi_tasks(abstract: bool) -> TaskGraph:
             name,
             tuple(QNode((move,), abstraction=depends_on((cell, CELLS))) for move in MOVES),
             terminal=cell == stands[stand],
+            parameterised="Navigate",
         )
         for stand, name in enumerate(NAVIGATE)
     ]

@@ -42,7 +42,8 @@ class NodeParameters:
 class MaxqQ:
     """A learner to call once a step: `start`, then `step` until NO_ACTION. `learner` is for compiled loops.
 
-    `parameters` are by name; a subtask without any has the `default`. Of what a subtask did, the last
+    `parameters` are by name; a subtask without any has the `default`. The values of a parameterised subtask have one
+    temperature, that of the first of them. Of what a subtask did, the last
     `memory` steps are learnt from when it ends.
     """
 
@@ -65,6 +66,11 @@ class MaxqQ:
         self._numbers = {name: number for number, name in enumerate(graph.order)}
         flat, self.sizes = flatten(graph)
         of_nodes = [parameters.get(name, default or NodeParameters()) for name in graph.order]
+        _, firsts, entries = np.unique(
+            [graph.temperature_name(name) for name in graph.order],
+            return_index=True,
+            return_inverse=True,
+        )
         edges = int(np.diff(flat.first_edges).max())
         completions, nodes = int(self.sizes.first_completions[-1]), len(of_nodes)
         self.learner = Learner(
@@ -77,7 +83,8 @@ class MaxqQ:
                 best_edges=np.full(nodes, NO_EDGE, dtype=np.int64),
             ),
             alpha=np.array([one.alpha for one in of_nodes]),
-            temperature=np.array([one.temperature for one in of_nodes], dtype=np.float64),
+            temperature=np.array([of_nodes[node].temperature for node in firsts], dtype=np.float64),
+            temperature_entries=np.array(entries),
             cooling=np.array([one.cooling for one in of_nodes]),
             gamma=np.array([gamma]),
             stack=np.zeros((longest_path(flat), 4), dtype=np.int64),
@@ -139,6 +146,11 @@ class MaxqQ:
         """The steps of this episode so far."""
         return int(self.learner.clock[TIME])
 
+    def temperature(self, name: str) -> float:
+        """Return the temperature that a subtask has now."""
+        entry = self.learner.temperature_entries[self._numbers[self.graph[name].name]]
+        return float(self.learner.temperature[entry])
+
     def inherit(self, other: "MaxqQ", name: str) -> None:
         """Take over what another learner knows of a subtask and of all below it, which both graphs have.
 
@@ -150,7 +162,8 @@ class MaxqQ:
             if self.graph[one] is not other.graph[one]:
                 raise TaskGraphError(f"{name} differs in the two task graphs, at {one}")
             mine, theirs = self._numbers[one], other._numbers[one]
-            self.learner.temperature[mine] = other.learner.temperature[theirs]
+            own, others = self.learner.temperature_entries, other.learner.temperature_entries
+            self.learner.temperature[own[mine]] = other.learner.temperature[others[theirs]]
             for table, source, here, there in zip(
                 self.learner.tables[:3],
                 other.learner.tables[:3],

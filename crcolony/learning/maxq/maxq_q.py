@@ -38,9 +38,11 @@ class Learner(NamedTuple):
     alpha: FloatArray
     """(n,) learning rate of each node"""
     temperature: FloatArray
-    """(n,) tau of the softmax of each composite"""
+    """(at most n,) tau of the softmax of composites"""
+    temperature_entries: IntArray
+    """(n,) which of these each node has: the values of a parameterised subtask have one together"""
     cooling: FloatArray
-    """(n,) by which its temperature is multiplied when it ends at a goal"""
+    """(n,) by which the temperature of a node is multiplied when it ends at a goal"""
     gamma: FloatArray
     """(1,)"""
     stack: IntArray
@@ -129,7 +131,7 @@ def _select_edge(learner: Learner, node: int, state: int, stream: Stream) -> int
             count += 1
     choice = softmax(
         learner.choice_values[:count],
-        learner.temperature[node],
+        learner.temperature[learner.temperature_entries[node]],
         learner.scratch[:count],
         draw(stream),
     )
@@ -180,4 +182,4 @@ def _cool(learner: Learner, node: int, state: int, terminal: bool) -> None:
     if end == FAILURE or (end == ACTIVE and not terminal):
         return
     if learner.graph.pseudo_rewards[node, state] >= 0.0:
-        learner.temperature[node] *= learner.cooling[node]
+        learner.temperature[learner.temperature_entries[node]] *= learner.cooling[node]

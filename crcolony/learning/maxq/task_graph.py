@@ -63,6 +63,8 @@ class Composite:
     type: str = "composite"
     accepts: frozenset[str] | None = None
     """Types of the subtasks that it may invoke (strongly typed graphs, section 4.2); None: of any"""
+    parameterised: str | None = None
+    """Navigate, for Navigate(R): the subtask of which it is one value, whose values share a temperature"""
 
 
 Subtask = Primitive | Composite
@@ -121,6 +123,11 @@ class TaskGraph:
 
         visit(self.root)
         return tuple(ordered)
+
+    def temperature_name(self, name: str) -> str:
+        """Return the name under which a subtask has its temperature: its own, or that of what it is a value of."""
+        subtask = self[name]
+        return (isinstance(subtask, Composite) and subtask.parameterised) or name
 
     def descendants(self, name: str) -> frozenset[str]:
         """Return the names of a subtask and of all that it may invoke, directly or not."""

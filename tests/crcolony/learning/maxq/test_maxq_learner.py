@@ -67,8 +67,27 @@ def test_every_subtask_has_its_own_meta_parameters() -> None:
     learner = MaxqQ(graph_of(), parameters=given, default=NodeParameters(0.9, 1.0, 0.7))
     names = learner.graph.order
     assert dict(zip(names, learner.learner.alpha, strict=True))["Walk"] == 0.1
-    assert dict(zip(names, learner.learner.temperature, strict=True))["Root"] == 1.0
+    assert learner.temperature("Root") == 1.0
     assert dict(zip(names, learner.learner.cooling, strict=True))["Go"] == 0.7
+
+
+def test_the_values_of_a_parameterised_subtask_share_a_temperature() -> None:
+    """It falls whichever of them ends, and is no other subtask's."""
+    ends = np.array([False, True, True])
+    values = [
+        Composite(name, (QNode(("Go",)),), ends, parameterised="Walk")
+        for name in ("Walk(1)", "Walk(2)")
+    ]
+    root = Composite("Root", (QNode(("Walk(1)", "Walk(2)"), np.array([0, 1, 0])),), NOWHERE)
+    learner = MaxqQ(TaskGraph(3, (root, *values, GO)), default=NodeParameters(0.5, 8.0, 0.5))
+    stream = new_streams(1, (1,), 1)[0]
+    learner.start(0, stream)
+    learner.step(0.0, 1, False, stream)
+    assert [learner.temperature(one.name) for one in values] == [4.0, 4.0]
+    assert learner.temperature("Root") == 8.0  # it has ended where it can invoke nothing: no goal
+    learner.start(0, stream)
+    learner.step(0.0, 1, True, stream)
+    assert learner.temperature("Walk(2)") == 2.0
 
 
 def test_a_subtree_is_inherited_and_nothing_else() -> None:
@@ -82,7 +101,7 @@ def test_a_subtree_is_inherited_and_nothing_else() -> None:
         assert one.value(state, "Walk") == other.value(state, "Walk")
         assert one.value(state, "Go") == other.value(state, "Go")
     assert one.value(0) == one.value(0, "Walk") + 1.0
-    assert one.learner.temperature.tolist() == [5.0, 5.0, 5.0, 0.0]
+    assert [one.temperature(name) for name in one.graph.order] == [5.0, 5.0, 5.0, 0.0]
 
 
 def test_a_subtree_that_differs_is_not_inherited() -> None:

@@ -42,10 +42,10 @@ def test_it_equals_the_algorithm_as_printed(
         oracle.episode(world.step, start, oracle_stream)
         assert actions == oracle.actions
     assert stream.tolist() == oracle_stream.tolist()
-    for number, name in enumerate(graph.order):
+    for name in graph.order:
         for state in range(STATES):
             assert learner.value(state, name) == oracle.value(name, state)
-        assert learner.learner.temperature[number] == oracle.temperature[name]
+        assert learner.temperature(name) == oracle.temperature[name]
 
 
 def chain(pseudo_reward: float) -> TaskGraph:
@@ -89,8 +89,7 @@ def test_a_subtask_cools_where_it_ends_at_a_goal() -> None:
         stream = new_streams(1, (2,), 1)[0]
         learner.start(0, stream)
         learner.step(-1.0, 2, True, stream)
-        number = graph.order.index("Walk")
-        assert learner.learner.temperature[number] == (1.5 if cooled else 3.0)
+        assert learner.temperature("Walk") == (1.5 if cooled else 3.0)
 
 
 def test_a_root_that_can_invoke_nothing_has_ended() -> None:

@@ -96,8 +96,13 @@ def verdict_of(is_met: bool, is_partly: bool = False) -> Verdict:
 
 
 def values_of(rows: Sequence[Row], column: str, condition: str) -> FloatArray:
-    """Return a column of a condition, in the order of seeds; rows without it are left out."""
+    """Return a column of a condition, in the order of seeds; rows without it are left out.
+
+    Raises KeyError if no row has it.
+    """
     own = [row for row in rows if row[CONDITION] == condition and column in row]
+    if not own:
+        raise KeyError(f"{column} of {condition}")
     own.sort(key=lambda row: row[SEED])
     return np.array([row[column] for row in own], dtype=np.float64)
 
@@ -105,12 +110,17 @@ def values_of(rows: Sequence[Row], column: str, condition: str) -> FloatArray:
 def pairs_of(
     rows: Sequence[Row], column: str, one: str, other: str
 ) -> tuple[FloatArray, FloatArray]:
-    """Return a column of two conditions, (pairs,) each, where both have a row of the same seed."""
+    """Return a column of two conditions, (pairs,) each, where both have a row of the same seed.
+
+    Raises KeyError if there is no pair.
+    """
     by_seed = [
         {row[SEED]: row[column] for row in rows if row[CONDITION] == condition and column in row}
         for condition in (one, other)
     ]
     seeds = sorted(by_seed[0].keys() & by_seed[1].keys())
+    if not seeds:
+        raise KeyError(f"{column} of {one} and {other}")
     first, second = (
         np.array([values[seed] for seed in seeds], dtype=np.float64) for values in by_seed
     )

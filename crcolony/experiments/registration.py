@@ -42,6 +42,8 @@ class Claim(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     threshold: float
     seeds: _Count
     """Below so many there is no verdict that counts"""
+    tried: str = ""
+    """Of one that does not reproduce: what was tried. This alone may be written afterwards"""
 
 
 class Registration(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -56,7 +56,7 @@ NEEDED = {
     "authority reinstate": ["folder", "kitchen"],
     "authority publish": ["folder"],
     "deploy": ["check", "file"],
-    **{name: ["folder"] for name in ("inspect", "export", "replay", "plot")},
+    **{name: ["folder"] for name in ("claims", "inspect", "export", "replay", "plot")},
 }
 """Arguments without which a command cannot be."""
 

@@ -17,7 +17,8 @@ ROWS: list[Row] = [
 def test_values_are_those_of_a_condition_in_the_order_of_seeds() -> None:
     """A row without the column has none."""
     assert values_of(ROWS, "x", "one").tolist() == [1.0, 2.5]
-    assert values_of(ROWS, "x", "nothing").size == 0
+    with pytest.raises(KeyError, match="x of nothing"):
+        values_of(ROWS, "x", "nothing")
 
 
 def test_pairs_are_of_the_same_seed() -> None:
@@ -25,6 +26,8 @@ def test_pairs_are_of_the_same_seed() -> None:
     one, other = pairs_of(ROWS, "x", "one", "other")
     assert (one.tolist(), other.tolist()) == ([2.5], [20.0])
     assert one.dtype == np.float64
+    with pytest.raises(KeyError, match="y of one and other"):
+        pairs_of(ROWS, "y", "one", "other")
 
 
 @pytest.mark.parametrize(

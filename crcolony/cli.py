@@ -15,6 +15,7 @@ from crcolony.commands.authority import add_authority
 from crcolony.commands.backup import add_backup
 from crcolony.commands.bridge import add_bridge
 from crcolony.commands.check import add_check
+from crcolony.commands.claims import add_claims
 from crcolony.commands.compile import add_compile
 from crcolony.commands.completion import add_completion
 from crcolony.commands.config import add_config_command
@@ -25,6 +26,7 @@ from crcolony.commands.doctor import add_doctor
 from crcolony.commands.enroll import add_enroll
 from crcolony.commands.estop import add_estop
 from crcolony.commands.evolve import add_evolve
+from crcolony.commands.experiment import add_experiment
 from crcolony.commands.export import add_export
 from crcolony.commands.host import add_host
 from crcolony.commands.inspect import add_inspect
@@ -57,6 +59,8 @@ from crcolony.terminal import one_line, standard_streams
 COMMANDS = (
     ("demo", add_demo, "evolve for some seconds, then live as processes, with a dashboard"),
     ("evolve", add_evolve, "evolve an in-process colony on this machine"),
+    ("experiment", add_experiment, "reproduce a result of the thesis, each claim with a statistic"),
+    ("claims", add_claims, "make the table of claims from the results of experiments"),
     ("launch", add_launch, "start an arena and robots, each its own process"),
     ("arena", add_arena, "run an arena that robots of any machine can join"),
     ("robot", add_robot, "run one robot"),

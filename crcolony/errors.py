@@ -17,6 +17,7 @@ CrcolonyError         something outside the program is wrong: a setting, a file,
     PastRunError            the folder of a finished run            recordings.past_run
     HistoryDiffersError     a re-simulation                         recordings.resimulation
     ExportError             an export to Parquet                    recordings.export
+    ExperimentError         what is asked of an experiment          experiments.catalogue
     WorkerError             a worker of a sweep                     experiments.worker_processes
     PlotError               figures                                 results.plots.conditions
     DashboardError          the dashboard                           crcolony_dashboards

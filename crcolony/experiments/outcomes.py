@@ -2,12 +2,13 @@
 
 import json
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from crcolony.experiments.energy_effect import measure_energy_effect
+from crcolony.experiments.energy_effect import EnergyEffect, measure_energy_effect
 from crcolony.in_process.run import read_colony
 from crcolony.results.generation_table import GENERATION_TABLE, LAST_GENERATIONS, read_table
 from crcolony.storage.files import FolderError
@@ -65,35 +66,49 @@ def read_outcome(condition: str, folder: Path) -> Outcome:
     energy = measure_energy_effect(read_colony(folder))
     try:
         run = json.loads(description.read_text("utf-8"))
-        rows = read_table(folder / GENERATION_TABLE)
-
-        def mean(name: str, part: slice) -> float:
-            values = [float(row[name]) for row in rows[part]]
-            return float(np.mean(values)) if values else math.nan
-
-        return Outcome(
-            condition=condition,
-            seed=run["seed"],
-            matings_first=mean("matings", _FIRST),
-            matings_early=mean("matings", _EARLY),
-            matings_end=mean("matings", _END),
-            energy_weighted_matings_first=mean("energy_weighted_matings", _FIRST),
-            energy_weighted_matings_end=mean("energy_weighted_matings", _END),
-            captures_first=mean("captures", _FIRST),
-            captures_end=mean("captures", _END),
-            energy_end=mean("energy", _END),
-            starved_end=mean("starved", _END),
-            mating_share_end=mean("mating_share", _END),
-            mating_lambda_end=mean("mating.lambda mean", _END),
-            mating_tau_end=mean("mating.tau q50", _END),
-            foraging_tau_end=mean("foraging.tau q50", _END),
-            mating_effective_tau_end=mean("mating.effective_tau q50", _END),
-            foraging_effective_tau_end=mean("foraging.effective_tau q50", _END),
-            energy_effect=energy.effect,
-            energy_effect_facing=energy.effect_facing,
-            energy_effect_searching=energy.effect_searching,
-            energy_correlation=energy.correlation,
-            history_hash=run["history_hash"],
-        )
+        rows = [
+            {name: float(value) for name, value in row.items()}
+            for row in read_table(folder / GENERATION_TABLE)
+        ]
+        return outcome_of(condition, run["seed"], rows, energy, run["history_hash"])
     except (OSError, IndexError, KeyError, TypeError, ValueError) as error:
         raise FolderError(f"{folder}: not the results of a finished run: {error}") from None
+
+
+def outcome_of(
+    condition: str,
+    seed: int,
+    rows: Sequence[Mapping[str, float]],
+    energy: EnergyEffect,
+    history_hash: str,
+) -> Outcome:
+    """Return the outcome of a run from its rows by generation, and what its last population chose."""
+
+    def mean(name: str, part: slice) -> float:
+        values = [row[name] for row in rows[part]]
+        return float(np.mean(values)) if values else math.nan
+
+    return Outcome(
+        condition=condition,
+        seed=seed,
+        matings_first=mean("matings", _FIRST),
+        matings_early=mean("matings", _EARLY),
+        matings_end=mean("matings", _END),
+        energy_weighted_matings_first=mean("energy_weighted_matings", _FIRST),
+        energy_weighted_matings_end=mean("energy_weighted_matings", _END),
+        captures_first=mean("captures", _FIRST),
+        captures_end=mean("captures", _END),
+        energy_end=mean("energy", _END),
+        starved_end=mean("starved", _END),
+        mating_share_end=mean("mating_share", _END),
+        mating_lambda_end=mean("mating.lambda mean", _END),
+        mating_tau_end=mean("mating.tau q50", _END),
+        foraging_tau_end=mean("foraging.tau q50", _END),
+        mating_effective_tau_end=mean("mating.effective_tau q50", _END),
+        foraging_effective_tau_end=mean("foraging.effective_tau q50", _END),
+        energy_effect=energy.effect,
+        energy_effect_facing=energy.effect_facing,
+        energy_effect_searching=energy.effect_searching,
+        energy_correlation=energy.correlation,
+        history_hash=history_hash,
+    )

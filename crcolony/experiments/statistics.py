@@ -4,12 +4,13 @@ Runs of two conditions with the same seed begin with the same founders in the sa
 Resampling starts from a fixed seed, so that a report is the same whenever it is made.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
 
-from crcolony.compiled import FloatArray
+from crcolony.compiled import FloatArray, IntArray
 
 MIN_RUNS = 3
 """With fewer runs there are no intervals and no tests: they are NaN."""
@@ -121,6 +122,17 @@ def equivalence(one: FloatArray, other: FloatArray, margin: float) -> Equivalenc
     )
 
 
+def holm(p_values: Sequence[float]) -> list[float]:
+    """Return p values corrected for their number (Holm 1979); those that are NaN are not counted, and stay."""
+    order = sorted((p, index) for index, p in enumerate(p_values) if not np.isnan(p))
+    corrected = list(p_values)
+    highest = 0.0
+    for rank, (p, index) in enumerate(order):
+        highest = max(highest, min(1.0, p * (len(order) - rank)))
+        corrected[index] = highest
+    return corrected
+
+
 def rank_correlation(one: FloatArray, other: FloatArray) -> Correlation:
     """Return the rank correlation of two quantities (runs,); NaN where one does not vary."""
     if one.size <= MIN_RUNS or np.ptp(one) == 0.0 or np.ptp(other) == 0.0:
@@ -130,6 +142,27 @@ def rank_correlation(one: FloatArray, other: FloatArray) -> Correlation:
     half = stats.norm.ppf(1.0 - LEVEL / 2.0) * np.sqrt(_FIELLER / (one.size - 3))
     z = np.arctanh(np.clip(rho, -1.0 + 1e-12, 1.0 - 1e-12))
     return Correlation(rho, float(found.pvalue), float(np.tanh(z - half)), float(np.tanh(z + half)))
+
+
+def mean_pairwise_correlation(profiles: FloatArray) -> Interval:
+    """Return the mean correlation (Pearson) of every two runs' profiles (runs, points), with its interval over runs.
+
+    A run that is drawn twice is no pair with itself.
+    """
+    correlations = np.atleast_2d(np.corrcoef(profiles))
+
+    def mean_of(runs: IntArray) -> float:
+        drawn = correlations[np.ix_(runs, runs)]
+        pairs = drawn[runs[:, None] != runs[None, :]]
+        return float(pairs.mean()) if pairs.size else np.nan
+
+    everyone = np.arange(len(profiles))
+    if everyone.size < MIN_RUNS:
+        return Interval(mean_of(everyone), np.nan, np.nan)
+    draws = np.random.default_rng(0).integers(everyone.size, size=(_RESAMPLES, everyone.size))
+    means = np.array([mean_of(draw) for draw in draws])
+    low, high = np.nanquantile(means, (LEVEL / 2.0, 1.0 - LEVEL / 2.0))
+    return Interval(mean_of(everyone), float(low), float(high))
 
 
 def correlation_power(rho: float, runs: int) -> float:

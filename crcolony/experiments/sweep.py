@@ -1,9 +1,11 @@
-"""Runs many colonies, over seeds and conditions, on any `concurrent.futures.Executor`."""
+"""Runs many jobs, as colonies over seeds and conditions, on any `concurrent.futures.Executor`."""
 
 import itertools
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 import msgspec
 
@@ -12,8 +14,33 @@ from crcolony.experiments.outcomes import Outcome, read_outcome
 from crcolony.in_process.run import resume_run, run_until_done, start_run
 from crcolony.shutdown import ShutdownSignal
 
+Result = TypeVar("Result")
+
 _POLL_S = 0.2
 """Time between two checks of a request to stop."""
+
+
+def finished_jobs(
+    executor: Executor,
+    workers: int,
+    jobs: Iterable[Callable[[], Result]],
+    is_stopped: Callable[[], bool],
+) -> Iterator[Result]:
+    """Call jobs on an executor, and yield their results as they finish; after a stop start no more.
+
+    An executor is handed as many jobs as it has workers, since it could not take back those that wait in its queue.
+    Raises what a job raises, after the results of others that had finished by then.
+    """
+    waiting = iter(jobs)
+    running: set[Future[Result]] = set()
+    while not is_stopped():
+        for job in itertools.islice(waiting, workers - len(running)):
+            running.add(executor.submit(job))
+        if not running:
+            return
+        done, running = wait(running, _POLL_S, FIRST_COMPLETED)
+        for future in sorted(done, key=lambda future: future.exception() is not None):
+            yield future.result()
 
 
 def run_once(condition: str, config: Config, folder: Path) -> Outcome | None:
@@ -50,21 +77,11 @@ def run_all(
     out: Path,
     is_stopped: Callable[[], bool],
 ) -> Iterator[Outcome]:
-    """Run jobs of a condition and a config each, and yield outcomes as runs finish; after a stop start no more.
-
-    An executor is handed as many jobs as it has workers, since it could not take back those that wait in its queue.
-    """
-    waiting = iter(jobs)
-    running: set[Future[Outcome | None]] = set()
-    while not is_stopped():
-        for name, config in itertools.islice(waiting, workers - len(running)):
-            folder = run_folder(out, name, config.seed)
-            running.add(executor.submit(run_once, name, config, folder))
-        if not running:
+    """Run colonies of a condition and a config each, and yield outcomes as runs finish; after a stop start no more."""
+    calls = (
+        partial(run_once, name, config, run_folder(out, name, config.seed)) for name, config in jobs
+    )
+    for outcome in finished_jobs(executor, workers, calls, is_stopped):
+        if outcome is None:
             return
-        done, running = wait(running, _POLL_S, FIRST_COMPLETED)
-        for future in done:
-            outcome = future.result()
-            if outcome is None:
-                return
-            yield outcome
+        yield outcome

@@ -21,10 +21,21 @@ from crcolony.storage.files import (
 RECORD_FILE = "made_by.toml"
 """The name of the file in a folder that says what made it."""
 
-Maker = Literal["evolve", "evolve --seeds", "launch", "host", "demo", "robot", "arena", "dashboard"]
+Maker = Literal[
+    "evolve",
+    "evolve --seeds",
+    "experiment",
+    "launch",
+    "host",
+    "demo",
+    "robot",
+    "arena",
+    "dashboard",
+]
 """A command that writes into a folder of its own, as a user types it."""
 
 _SIGNS: tuple[tuple[Maker, tuple[str, ...]], ...] = (
+    ("experiment", ("experiment.json",)),
     ("evolve", ("checkpoint.npz",)),
     ("evolve", (CONFIG_FILE, "history.sqlite-wal")),
     ("evolve --seeds", ("outcomes.csv",)),

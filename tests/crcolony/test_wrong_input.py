@@ -29,6 +29,7 @@ RUNS = {
     "crcolony.telemetry.terminal_view": ("run_top", "run_status"),
     "crcolony.in_process.run": ("start_run",),
     "crcolony.experiments.paper3_survival": ("run_survival",),
+    "crcolony.experiments.run_experiment": ("run_experiment",),
     "crcolony.fault_simulation.simulate": ("simulate",),
     "crcolony_dashboards.live": ("run_dashboard",),
     "crcolony_deploy.metrics": ("print_metrics", "serve_metrics"),
@@ -36,6 +37,7 @@ RUNS = {
 """What takes long, or has no end: it is not run here when all options are accepted."""
 
 NEEDED = {
+    "experiment": ["learning-ability"],
     "robot": ["--out", "robot"],
     "bridge": ["--robot", "firmware@/dev/none"],
     "keygen": ["key"],
@@ -54,7 +56,7 @@ NEEDED = {
     "authority reinstate": ["folder", "kitchen"],
     "authority publish": ["folder"],
     "deploy": ["check", "file"],
-    **{name: ["folder"] for name in ("inspect", "export", "replay", "plot")},
+    **{name: ["folder"] for name in ("claims", "inspect", "export", "replay", "plot")},
 }
 """Arguments without which a command cannot be."""
 

@@ -9,7 +9,9 @@ from crcolony.experiments.statistics import (
     detectable_correlation,
     effect_size,
     equivalence,
+    holm,
     mean_interval,
+    mean_pairwise_correlation,
     rank_correlation,
     ratio_interval,
 )
@@ -130,3 +132,23 @@ def test_the_detectable_correlation_has_the_power_it_is_named_for() -> None:
     assert detectable_correlation(20, 0.8) == pytest.approx(0.60, abs=0.01)
     assert correlation_power(detectable_correlation(20, 0.8), 20) == pytest.approx(0.8, abs=1e-3)
     assert detectable_correlation(100, 0.8) < detectable_correlation(20, 0.8)
+
+
+def test_holm_is_that_of_a_worked_example() -> None:
+    """0.01, 0.04, 0.03, 0.005: four, three, two and one times, never falling (Holm 1979); NaN is no test."""
+    assert holm([0.01, 0.04, np.nan, 0.03, 0.005]) == pytest.approx(
+        [0.03, 0.06, np.nan, 0.06, 0.02], nan_ok=True
+    )
+    assert holm([]) == []
+    assert holm([0.7, 0.9]) == [1.0, 1.0]
+
+
+def test_the_mean_pairwise_correlation_is_that_of_every_two_runs() -> None:
+    """By brute force; copies of a run that a bootstrap draws twice do not raise the interval to 1."""
+    profiles = np.random.default_rng(4).normal(size=(8, 12))
+    found = mean_pairwise_correlation(profiles)
+    pairs = [np.corrcoef(profiles[i], profiles[j])[0, 1] for i in range(8) for j in range(i)]
+    assert found.estimate == pytest.approx(np.mean(pairs))
+    assert found.low < found.estimate < found.high < 0.5
+    assert np.isnan(mean_pairwise_correlation(profiles[:2]).low)
+    assert mean_pairwise_correlation(np.tile(profiles[0], (5, 1))).low == pytest.approx(1.0)

@@ -4,7 +4,6 @@ import json
 import os
 import signal
 import threading
-from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
@@ -32,9 +31,9 @@ class HereAndNow(Executor):
     def __init__(self) -> None:
         self.submitted: list[int] = []
 
-    def submit(self, function: Callable[..., Any], /, *args: Any, **_: Any) -> Future[Any]:
+    def submit(self, function: Any, /, *args: Any, **_: Any) -> Future[Any]:
         future: Future[Any] = Future()
-        self.submitted.append(args[1].seed)
+        self.submitted.append(function.args[1].seed)
         future.set_result(function(*args))
         return future
 

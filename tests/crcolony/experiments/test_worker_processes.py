@@ -12,7 +12,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from crcolony.experiments.worker_processes import WorkerError, worker_processes
+from crcolony.experiments.worker_processes import WorkerError, ended_at_once, worker_processes
 from crcolony.shutdown import ShutdownSignal
 from tests.support.paths import PYTHONPATH
 from tests.support.process import wait_until
@@ -112,3 +112,11 @@ def test_workers_save_and_end_when_their_parent_is_killed(tmp_path: Path) -> Non
         parent.kill()
     wait_until(lambda: not any(one.is_running() for one in workers), "all workers have ended")
     assert (tmp_path / "saved").exists()
+
+
+def test_a_job_that_has_nothing_to_save_ends_with_sigterm_alone() -> None:
+    """As it would by default; afterwards the signal has the effect again that it had before."""
+    before = signal.getsignal(signal.SIGTERM)
+    handler = ended_at_once(lambda: signal.getsignal(signal.SIGTERM))
+    assert handler is signal.SIG_DFL
+    assert signal.getsignal(signal.SIGTERM) == before

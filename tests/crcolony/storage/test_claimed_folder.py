@@ -130,7 +130,7 @@ def test_the_files_of_a_user_are_left_alone(tmp_path: Path) -> None:
     """A run needs a folder of its own; a robot, an arena and a dashboard add their files to any."""
     check_folder(tmp_path / "missing", "evolve")
     (tmp_path / "thesis.tex").touch()
-    alone: tuple[Maker, ...] = ("evolve", "evolve --seeds", "launch", "host")
+    alone: tuple[Maker, ...] = ("evolve", "evolve --seeds", "experiment", "launch", "host")
     anywhere: tuple[Maker, ...] = ("robot", "arena", "dashboard")
     for maker in alone:
         with pytest.raises(FolderError, match="not empty; choose another --out"):

@@ -49,6 +49,7 @@ def test_a_damaged_record_is_named(tmp_path: Path, content: str) -> None:
         ("config.toml history.sqlite-wal history.sqlite", "evolve"),
         ("implicit/seed-1/config.toml", "evolve --seeds"),
         ("outcomes.csv implicit/seed-1/config.toml", "evolve --seeds"),
+        ("experiment.json jobs.jsonl", "experiment"),
         ("config.toml robots/0/key logs/arena.log arena.npz history.sqlite run.json", "launch"),
         ("config.toml robots/0/robot.sqlite arena.npz", "host"),
         ("config.toml robots/0/key telemetry.sqlite dashboard.rrd logs/dashboard.log", "launch"),

@@ -1,0 +1,67 @@
+"""The claims of an experiment beside what was measured: as text for people, and as a file for programs."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from crcolony.durable_files import replace_file
+from crcolony.experiments.experiment import Experiment, Measured, Row
+from crcolony.experiments.registration import Claim, Registration
+
+CLAIMS_FILE = "claims.json"
+
+
+class MeasuredClaim(msgspec.Struct, frozen=True):
+    """A claim and what was measured of it."""
+
+    claim: Claim
+    measured: Measured
+
+
+def measure_claims(
+    experiment: Experiment, registration: Registration, rows: Sequence[Row]
+) -> list[MeasuredClaim]:
+    """Return what the rows show of every claim that was registered before they were."""
+    return [
+        MeasuredClaim(claim, experiment.measures[claim.id](claim, rows))
+        for claim in registration.claims
+    ]
+
+
+def write_claims(folder: Path, found: Sequence[MeasuredClaim], is_quick: bool) -> None:
+    """Write what was measured into a folder; raises OSError."""
+    content = msgspec.json.encode({"is_quick": is_quick, "claims": found})
+    replace_file(folder / CLAIMS_FILE, lambda file: file.write(msgspec.json.format(content)))
+
+
+def format_claims(found: Sequence[MeasuredClaim], seeds: int) -> Iterator[str]:
+    """Yield lines: each claim beside what the thesis says and what was measured."""
+    for one in found:
+        claim, measured = one.claim, one.measured
+        few = f" (of {seeds} seeds; the claim asks for {claim.seeds})" * (seeds < claim.seeds)
+        yield f"{claim.id}: {verdict_text(measured)}{few}"
+        yield f"    claim     {claim.claim}"
+        yield f"    thesis    {claim.thesis}"
+        yield f"    quantity  {claim.quantity}"
+        yield f"    test      {claim.test}"
+        yield f"    measured  {estimate_text(measured)}; {measured.statistic}{_evidence(measured)}"
+
+
+def verdict_text(measured: Measured) -> str:
+    """Return the verdict in words."""
+    words = {"reproduced": "reproduced", "partly": "reproduced in part", "not": "not reproduced"}
+    return words[measured.verdict]
+
+
+def estimate_text(measured: Measured) -> str:
+    """Return the estimate with its interval."""
+    if np.isnan(measured.low):
+        return f"{measured.estimate:.3g}"
+    return f"{measured.estimate:.3g} ({measured.low:.3g} to {measured.high:.3g})"
+
+
+def _evidence(measured: Measured) -> str:
+    p = "" if np.isnan(measured.p) else f", p = {measured.p:.2g}"
+    return p + (f", {measured.effect} = {measured.effect_size:.2f}" if measured.effect else "")

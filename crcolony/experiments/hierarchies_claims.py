@@ -60,12 +60,12 @@ def profiles_of(rows: Sequence[Row], inheritance: str) -> tuple[FloatArray, IntA
 
 def variance_between(profiles: FloatArray, groups: IntArray) -> float:
     """Return the share of the variance of profiles (runs, edges) that is between groups (runs,)."""
-    total = float(((profiles - profiles.mean(axis=0)) ** 2).sum())
-    within = 0.0
-    for group in np.unique(groups):
-        own = profiles[groups == group]
-        within += float(((own - own.mean(axis=0)) ** 2).sum())
-    return 1.0 - within / total if total > 0.0 else 0.0
+    centred = profiles - profiles.mean(axis=0)
+    members = (groups == np.unique(groups)[:, None]).astype(np.float64)
+    sizes = members.sum(axis=1)
+    means = members @ centred / sizes[:, None]
+    total = float((centred**2).sum())
+    return float(sizes @ (means**2).sum(axis=1)) / total if total > 0.0 else 0.0
 
 
 def _follows_environment(claim: Claim, rows: Sequence[Row]) -> Measured:

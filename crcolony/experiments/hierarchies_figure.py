@@ -21,6 +21,9 @@ from crcolony.experiments.hierarchies_claims import (
 )
 from crcolony.experiments.statistics import mean_interval
 
+_FEWEST_ROWS = 14
+"""A small hierarchy is not stretched over all of its axes"""
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -40,11 +43,14 @@ def draw(rows: Sequence[Row]) -> "Figure":
 
 
 def _draw_curves(axes: "Axes", rows: Sequence[Row], name: str, is_first: bool) -> None:
+    from matplotlib.ticker import MaxNLocator
+
     from crcolony.results.plots.style import LINES
 
     for line, inheritance in zip(LINES, INHERITANCES, strict=False):
         curve = _curve(rows, condition_of(name, inheritance))
         axes.plot(np.arange(curve.size), curve, label=inheritance, **line)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set(title=name, xlabel="generation", ylim=(0.0, None))
     if is_first:
         axes.set_ylabel("packs brought home")
@@ -66,36 +72,31 @@ def _draw_best(axes: "Axes", rows: Sequence[Row], name: str) -> None:
     ends = [row for row in rows if row[CONDITION] in conditions and "best_graph" in row]
     best = max(ends, key=lambda row: float(row["best_fitness"]))
     draw_tree(axes, parse_tree(str(best["best_graph"])))
-    axes.set_title(f"{float(best['best_fitness']):.0f} packs")
+    axes.set_title(f"the fittest: {float(best['best_fitness']):.0f} packs")
 
 
 def draw_tree(axes: "Axes", tree: Tree) -> None:
-    """Draw a hierarchy: each leaf has a row of its own, and each level a column."""
-    rows = {path: row for row, path in enumerate(p for p, node in tree.walk() if not node.children)}
-    heights: dict[tuple[int, ...], float] = {}
-    for path, node in reversed(list(tree.walk())):
-        below = [heights[(*path, index)] for index in range(len(node.children))]
-        heights[path] = float(np.mean(below)) if below else float(rows[path])
+    """Draw a hierarchy as folders are drawn: a row for each subtask, further right the deeper it is."""
+    rows = {path: row for row, (path, _) in enumerate(tree.walk())}
     for path, node in tree.walk():
+        depth, row = len(path), rows[path]
         if path:
+            stem = depth - 0.85
             axes.plot(
-                [len(path) - 1, len(path)],
-                [heights[path[:-1]], heights[path]],
+                [stem, stem, depth - 0.1],
+                [rows[path[:-1]] + 0.4, row, row],
                 color="0.7",
-                linewidth=0.8,
-                zorder=0,
+                linewidth=0.6,
             )
         axes.text(
-            len(path),
-            heights[path],
+            depth,
+            row,
             node.symbol,
             fontsize=6,
-            ha="left" if path else "center",
             va="center",
             fontweight="bold" if node.children else "normal",
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6},
         )
-    axes.set(xlim=(-0.4, tree.height + 0.2), ylim=(len(rows) - 0.4, -0.6))
+    axes.set(xlim=(-0.2, 6.0), ylim=(max(len(rows), _FEWEST_ROWS) - 0.4, -0.6))
     axes.set_axis_off()
 
 

@@ -1,13 +1,15 @@
 """Evolution of hierarchies (Paper V, thesis 5.5): find a pack and bring it to the nest, by MAXQ graphs that evolve.
 
 Three environments are of rising difficulty: in the first one primitive subtask is enough for each aim, in the second a
-robot has to search, and in the third a wall is in the way, so that it has to mix primitives. Then there are four ways
+robot has to search, and in the third a wall is in the way, so that it has to mix primitives. In a fourth nothing but
+the wall is difficult, and lives are long enough to learn how to get around it in one. Then there are four ways
 in which the environment can change from generation to generation, the 2 x 2 of arXiv 2605.15769. Runs of one seed begin
 with the same founders, whatever is inherited, and are compared in pairs.
 """
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import product
 
@@ -25,9 +27,12 @@ from crcolony.experiments.hierarchies_claims import (
     ENVIRONMENTS,
     IN_SIGHT,
     LAMARCKIAN,
+    LONG_LIVED,
+    LONG_LIVES,
     MEASURES,
     OUT_OF_SIGHT,
     SENSES,
+    WALL_IN_VIEW,
     WALLED,
     condition_of,
 )
@@ -45,6 +50,7 @@ from crcolony.experiments.worlds.bring_home_tasks import GRAMMAR, Subtasks, brin
 from crcolony.randomness import new_streams
 
 GENERATIONS = 30
+LONG_LIFE_STEPS = 6000
 END = 10
 """Generations at the end over which columns are means"""
 _QUICK_GENERATIONS = 3
@@ -86,11 +92,12 @@ COLUMNS = {
 
 
 def environments() -> dict[str, World]:
-    """Return the three environments, the easiest first; lengths in steps of the robot."""
+    """Return the three environments, the easiest first, and one where lives are long; lengths in steps of the robot."""
     return {
         IN_SIGHT: new_world(12.0, (6.0, 3.0), (2.0, 7.0, 10.0, 11.0), (40.0, _ALL_AROUND)),
         OUT_OF_SIGHT: new_world(20.0, (10.0, 4.0), (3.0, 10.0, 17.0, 18.0), (7.0, _ALL_AROUND)),
         WALLED: new_world(_SIZE, _NEST, _PACKS, _NEAR, _OPEN_AT_THE_RIGHT),
+        WALL_IN_VIEW: new_world(_SIZE, _NEST, _PACKS, _FAR, _OPEN_AT_THE_RIGHT),
     }
 
 
@@ -115,6 +122,9 @@ def plan_jobs(plan: Plan) -> list[Job]:
             for name in ENVIRONMENTS:
                 run = partial(run_environment, name, inheritance, seed, plan.is_quick)
                 jobs.append(Job(condition_of(name, inheritance), seed, run))
+            for name in LONG_LIVED:
+                run = partial(run_environment, name, inheritance, seed, plan.is_quick, True)
+                jobs.append(Job(condition_of(name, LONG_LIVES, inheritance), seed, run))
             for change, sense in product(CHANGES, SENSES):
                 run = partial(run_changes, change, sense, inheritance, seed, plan.is_quick)
                 jobs.append(Job(condition_of(change, sense, inheritance), seed, run))
@@ -122,12 +132,15 @@ def plan_jobs(plan: Plan) -> list[Job]:
     return jobs
 
 
-def run_environment(name: str, inheritance: str, seed: int, is_quick: bool) -> list[Row]:
-    """Evolve in an environment that stays."""
-    world = environments()[name]
-    return _run(
-        [world] * _generations(is_quick), bring_home_subtasks(), inheritance, seed, is_quick
-    )
+def run_environment(
+    name: str, inheritance: str, seed: int, is_quick: bool, is_long: bool = False
+) -> list[Row]:
+    """Evolve in an environment that stays, with long lives perhaps."""
+    settings = _settings(is_quick)
+    if is_long and not is_quick:
+        settings = replace(settings, life_steps=LONG_LIFE_STEPS)
+    worlds = [environments()[name]] * _generations(is_quick)
+    return _run(worlds, bring_home_subtasks(), inheritance, seed, settings)
 
 
 def run_changes(change: str, sense: str, inheritance: str, seed: int, is_quick: bool) -> list[Row]:
@@ -135,7 +148,8 @@ def run_changes(change: str, sense: str, inheritance: str, seed: int, is_quick: 
     is_sensed = sense == SENSES[1]
     worlds = changing_worlds(change, is_sensed)
     schedule = [worlds[generation % 2] for generation in range(_generations(is_quick))]
-    return _run(schedule, bring_home_subtasks(1 + is_sensed), inheritance, seed, is_quick)
+    subtasks = bring_home_subtasks(1 + is_sensed)
+    return _run(schedule, subtasks, inheritance, seed, _settings(is_quick))
 
 
 def run_drift(seed: int, is_quick: bool) -> Row:
@@ -152,11 +166,11 @@ def run_drift(seed: int, is_quick: bool) -> Row:
 
 
 def _run(
-    worlds: Sequence[World], subtasks: Subtasks, inheritance: str, seed: int, is_quick: bool
+    worlds: Sequence[World], subtasks: Subtasks, inheritance: str, seed: int, settings: Settings
 ) -> list[Row]:
     stream = new_streams(seed, (6,), 1)[0]
     graphs = TaskGraphs(GRAMMAR, subtasks)
-    evolved = evolve(_settings(is_quick), graphs, worlds, _INHERIT[inheritance], stream)
+    evolved = evolve(settings, graphs, worlds, _INHERIT[inheritance], stream)
     fitness: FloatArray = evolved.mean_fitness
     best = int(evolved.fitness.argmax())
     found: Row = {

@@ -28,6 +28,9 @@ from crcolony.experiments.statistics import (
 IN_SIGHT, OUT_OF_SIGHT, WALLED = "in sight", "out of sight", "behind a wall"
 ENVIRONMENTS = (IN_SIGHT, OUT_OF_SIGHT, WALLED)
 """The easiest first."""
+WALL_IN_VIEW, LONG_LIVES = "wall in view", "long lives"
+LONG_LIVED = (IN_SIGHT, WALL_IN_VIEW)
+"""Environments in which lives are long enough to learn a mix of primitives in one."""
 CHANGES = ("conflicting", "harmless")
 SENSES = ("unsensed", "sensed")
 DARWINIAN, LAMARCKIAN = "Darwinian", "Lamarckian"
@@ -123,8 +126,8 @@ def _minimal(inheritance: str, claim: Claim, rows: Sequence[Row]) -> Measured:
     )
 
 
-def _ahead(claim: Claim, rows: Sequence[Row]) -> Measured:
-    lamarckian, darwinian = _inheritances(rows, "fitness_end", WALLED)
+def _ahead(cell: Sequence[str], claim: Claim, rows: Sequence[Row]) -> Measured:
+    lamarckian, darwinian = _inheritances(rows, "fitness_end", *cell)
     ratio = ratio_interval(lamarckian, darwinian)
     p = _p_of_pairs(lamarckian, darwinian, "greater")
     return Measured(
@@ -141,8 +144,8 @@ def _ahead(claim: Claim, rows: Sequence[Row]) -> Measured:
     )
 
 
-def _not_ahead(claim: Claim, rows: Sequence[Row]) -> Measured:
-    lamarckian, darwinian = _inheritances(rows, "fitness_end", IN_SIGHT)
+def _not_ahead(cell: Sequence[str], claim: Claim, rows: Sequence[Row]) -> Measured:
+    lamarckian, darwinian = _inheritances(rows, "fitness_end", *cell)
     ratio = ratio_interval(lamarckian, darwinian)
     found = equivalence(lamarckian, darwinian, _margin(claim.threshold, darwinian))
     return Measured(
@@ -242,9 +245,11 @@ MEASURES: Mapping[str, Measure] = {
     "follows-environment": _follows_environment,
     "minimal-darwinian": partial(_minimal, DARWINIAN),
     "minimal-lamarckian": partial(_minimal, LAMARCKIAN),
-    "lamarckian-ahead": _ahead,
-    "lamarckian-not-ahead": _not_ahead,
+    "lamarckian-ahead": partial(_ahead, (WALLED,)),
+    "lamarckian-not-ahead": partial(_not_ahead, (IN_SIGHT,)),
     "grows-with-difficulty": _grows_with_difficulty,
+    "long-lives-ahead": partial(_ahead, (WALL_IN_VIEW, LONG_LIVES)),
+    "long-lives-not-ahead": partial(_not_ahead, (IN_SIGHT, LONG_LIVES)),
     "conflicting-unsensed": _loses,
     "conflicting-sensed": partial(_does_not_lose, CHANGES[0], SENSES[1]),
     "harmless-unsensed": partial(_does_not_lose, CHANGES[1], SENSES[0]),

@@ -18,9 +18,9 @@ from crcolony.experiments.worlds.bring_home_tasks import GRAMMAR
 
 
 def test_quick_runs_of_all_conditions_give_rows_that_are_drawn() -> None:
-    """Two inheritances in three environments and four kinds of change, and drift."""
+    """Two inheritances in three environments, two with long lives, four kinds of change, and drift."""
     jobs = plan_jobs(Plan([1], is_quick=True))
-    assert len(jobs) == 15
+    assert len(jobs) == 19
     rows: list[Row] = []
     for job in jobs:
         found = job.run()
@@ -28,7 +28,7 @@ def test_quick_runs_of_all_conditions_give_rows_that_are_drawn() -> None:
             assert row.keys() <= COLUMNS.keys()
             rows.append({CONDITION: job.condition, SEED: job.seed, **row})
     best = [parse_tree(str(row["best_graph"])) for row in rows if "best_graph" in row]
-    assert len(best) == 14
+    assert len(best) == 18
     assert all(GRAMMAR.is_well_typed(tree) for tree in best)
     (drifted,) = (row for row in rows if row[CONDITION] == DRIFT)
     assert all(0.0 <= float(drifted[edge]) <= 1.0 for edge in EDGES)
@@ -54,7 +54,9 @@ def test_changes_are_of_the_wall_and_what_a_sensor_says_of_it() -> None:
 
 def test_environments_are_of_rising_difficulty() -> None:
     """All in sight; beyond the camera's range; a wall between."""
-    in_sight, out_of_sight, walled = environments().values()
+    in_sight, out_of_sight, walled, in_view = environments().values()
     assert in_sight.view_range > 12.0 * 2.0**0.5
     assert out_of_sight.view_range < 10.0
     assert [len(world.walls) for world in (in_sight, out_of_sight, walled)] == [4, 4, 5]
+    np.testing.assert_array_equal(in_view.walls, walled.walls)
+    assert in_view.view_range > 14.0 * 2.0**0.5

@@ -16,9 +16,12 @@ from crcolony.experiments.hierarchies_claims import (
     IN_SIGHT,
     INHERITANCES,
     LAMARCKIAN,
+    LONG_LIVED,
+    LONG_LIVES,
     MEASURES,
     OUT_OF_SIGHT,
     SENSES,
+    WALL_IN_VIEW,
     WALLED,
     condition_of,
     variance_between,
@@ -43,7 +46,9 @@ def made_up(
     for seed in range(1, SEEDS + 1):
         drifted: Row = {CONDITION: DRIFT, SEED: seed}
         rows.append(drifted | {"primitives_per_situation": 3.0 + 0.1 * rng.standard_normal()})
-        cells = [(name,) for name in ENVIRONMENTS] + list(product(CHANGES, SENSES))
+        cells: list[tuple[str, ...]] = [(name,) for name in ENVIRONMENTS]
+        cells += [(name, LONG_LIVES) for name in LONG_LIVED]
+        cells += product(CHANGES, SENSES)
         for cell, inheritance in product(cells, INHERITANCES):
             level = advantages.get(condition_of(*cell), 1.0) if inheritance == LAMARCKIAN else 1.0
             row: Row = {CONDITION: condition_of(*cell, inheritance), SEED: seed}
@@ -60,6 +65,7 @@ AS_CLAIMED = made_up({WALLED: 1.2, "conflicting, unsensed": 0.8}, {DARWINIAN: 2.
 OTHERWISE = made_up(
     {
         IN_SIGHT: 1.2,
+        condition_of(IN_SIGHT, LONG_LIVES): 1.2,
         **{condition_of(*cell): 0.8 for cell in product(CHANGES, SENSES)},
         "conflicting, unsensed": 1.1,
     },

@@ -61,7 +61,10 @@ def made_up(
     return rows
 
 
-AS_CLAIMED = made_up({WALLED: 1.2, "conflicting, unsensed": 0.8}, {DARWINIAN: 2.0, LAMARCKIAN: 2.4})
+AS_CLAIMED = made_up(
+    {WALLED: 1.2, condition_of(WALL_IN_VIEW, LONG_LIVES): 1.2, "conflicting, unsensed": 0.8},
+    {DARWINIAN: 2.0, LAMARCKIAN: 2.4},
+)
 OTHERWISE = made_up(
     {
         IN_SIGHT: 1.2,

@@ -43,7 +43,7 @@ def dask_cluster(
             f"--scheduler {address}: there is no scheduler: {_first_line(error)}"
         ) from None
     with client:
-        _check_workers(client, address)
+        check_workers(client, address)
         executor = client.get_executor(pure=False)
         try:
             yield WorkerPool(executor, min(workers or jobs, jobs))
@@ -69,7 +69,7 @@ def _check_address(address: str) -> None:
         raise ClusterError(f"--scheduler {address}: there is no scheduler: {error}") from None
 
 
-def _check_workers(client: Any, address: str) -> None:
+def check_workers(client: Any, address: str) -> None:
     """Raise ClusterError unless there are workers, and all have this version."""
     try:
         found: dict[str, str] = client.run(version_here)

@@ -53,6 +53,13 @@ def slow_number(folder: Path, condition: str, seed: int) -> Row:
     return number(condition, seed)
 
 
+def treated_wait(folder: Path, condition: str, seed: int) -> Row:
+    """Let one condition finish at once, and the other wait."""
+    return (
+        slow_number(folder, condition, seed) if condition == "treated" else number(condition, seed)
+    )
+
+
 def _larger(claim: Claim, rows: Sequence[Row]) -> Measured:
     treated, control = pairs_of(rows, "number", "treated", "control")
     difference = float((treated - control).mean())

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from crcolony.experiments.dask_pool import dask_cluster
+from crcolony.experiments.dask_pool import check_workers, dask_cluster
 from crcolony.experiments.experiment import Row
 from crcolony.experiments.run_experiment import Request, run_experiment
 from crcolony.experiments.tidy_table import read_rows
@@ -24,6 +24,7 @@ from tests.support.fake_experiment import (
     here_and_now,
     number,
     slow_number,
+    treated_wait,
 )
 from tests.support.paths import PYTHONPATH
 from tests.support.process import wait_until
@@ -33,13 +34,6 @@ ROWS = [
     for seed in (1, 2, 3, 4)
     for condition in ("control", "treated")
 ]
-
-
-def treated_wait(folder: Path, condition: str, seed: int) -> Row:
-    """Let one condition finish at once, and the other wait."""
-    return (
-        slow_number(folder, condition, seed) if condition == "treated" else number(condition, seed)
-    )
 
 
 class Cluster:
@@ -170,3 +164,28 @@ def test_without_the_package_the_extra_is_named(monkeypatch: pytest.MonkeyPatch)
         dask_cluster("tcp://127.0.0.1:1", None, 1, lambda: False),
     ):
         pass
+
+
+@pytest.mark.parametrize(
+    ("there", "line"),
+    [
+        ({}, "the scheduler tcp://a:1 has no workers; start some: dask worker tcp://a:1"),
+        ({"tcp://b:2": "0.0.1"}, "the worker tcp://b:2 has crcolony 0.0.1, not "),
+        (
+            ImportError("No module named 'crcolony'"),
+            "a worker of tcp://a:1 cannot run this: No mod",
+        ),
+    ],
+)
+def test_workers_that_cannot_do_the_work_are_refused(there: object, line: str) -> None:
+    """There are none, or they have another version of the program, or none."""
+
+    class Client:
+        def run(self, function: Callable[[], str]) -> object:
+            if isinstance(there, Exception):
+                raise there
+            return there
+
+    with pytest.raises(ClusterError) as refused:
+        check_workers(Client(), "tcp://a:1")
+    assert line in str(refused.value)

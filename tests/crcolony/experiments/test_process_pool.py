@@ -1,13 +1,25 @@
 """Jobs run in processes of this machine, which lose at a stop only what they work on."""
 
+import threading
 import time
 from functools import partial
 from pathlib import Path
 
 import psutil
+import pytest
 
 from crcolony.experiments.process_pool import processes
-from tests.support.fake_experiment import number, slow_number
+from crcolony.experiments.run_experiment import Request, run_experiment
+from crcolony.experiments.tidy_table import read_rows
+from crcolony.experiments.worker_processes import WorkerError
+from tests.support.fake_experiment import (
+    REGISTRATION,
+    fake_experiment,
+    here_and_now,
+    number,
+    slow_number,
+    treated_wait,
+)
 from tests.support.process import wait_until
 
 
@@ -29,3 +41,28 @@ def test_a_stop_ends_a_job_that_has_nothing_to_save_at_once(tmp_path: Path) -> N
         stopped_s = time.monotonic()
     assert time.monotonic() - stopped_s < 10.0
     assert not worker.is_running()
+
+
+def test_a_worker_that_is_killed_loses_nothing_that_had_finished(tmp_path: Path) -> None:
+    """One line, and --resume does the rest, which is what it worked on."""
+    out = tmp_path / "out"
+    begun = tmp_path / "treated-1"
+
+    def kill() -> None:
+        wait_until(lambda: begun.exists() and begun.read_text(), "a job that waits has begun")
+        psutil.Process(int(begun.read_text())).kill()
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    with pytest.raises(WorkerError, match="--resume goes on"):
+        run_experiment(
+            fake_experiment(partial(treated_wait, tmp_path)),
+            REGISTRATION,
+            Request(out=out),
+            partial(processes, 1),
+        )
+    killer.join()
+    assert (out / "jobs.jsonl").read_text().count("\n") == 1
+    request = Request(out=out, is_resumed=True)
+    assert run_experiment(fake_experiment(), REGISTRATION, request, here_and_now) == 0
+    assert len(read_rows(out)) == 8

@@ -37,6 +37,7 @@ demo-lan: $(VENV)/dev.stamp
 # What uses one core runs beside another, the longest first. Units compute while colonies wait for clocks and networks.
 test: $(VENV)/dev.stamp
 	@$(MAKE) --no-print-directory -j2 $(SYNC) compiled coverage checks
+	@echo "units beside colonies of real processes, for ten minutes or so:"
 	@$(MAKE) --no-print-directory -j2 $(SYNC) units colonies
 	@$(MAKE) --no-print-directory robots
 	@echo "colonies that keep time, or whose processes are killed at random:"

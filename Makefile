@@ -44,7 +44,7 @@ test: $(VENV)/dev.stamp
 	@$(BIN)/python -m pytest -q -m alone $(REAL) $(DURATIONS) tests/system
 
 units: $(VENV)/dev.stamp
-	@$(BIN)/python -m pytest -q -n 2 --dist loadfile $(REAL) $(DURATIONS) --ignore=tests/system --ignore=tests/robot_firmware_bridge
+	@nice -n 5 $(BIN)/python -m pytest -q -n 2 --dist loadfile $(REAL) $(DURATIONS) --ignore=tests/system --ignore=tests/robot_firmware_bridge
 
 colonies: $(VENV)/dev.stamp
 	@echo "colonies of real processes, in network namespaces where this machine allows them:"

@@ -19,6 +19,7 @@ help:
 	@echo "make dashboard     the running colony in a browser: beside make run, started before or after it"
 	@echo "make demo-lan      four machines on this one (root, Linux): set up over ssh from an inventory, cut off, upgraded, removed"
 	@echo "make test          every check and test that this machine can run"
+	@echo "make units         of these: what needs no colony of processes; make colonies and make robots: what does, and emulators"
 	@echo "make checks        formatting, types and imports between rooms alone"
 	@echo "make coverage      branch coverage of learning, evolution and robot alone"
 	@echo "make bench         benchmarks"

@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from crcolony.experiments.executors import WorkerPool
 from crcolony.experiments.experiment import (
     Column,
     Experiment,
@@ -21,6 +20,7 @@ from crcolony.experiments.experiment import (
     verdict_of,
 )
 from crcolony.experiments.registration import Claim
+from crcolony.experiments.worker_pool import WorkerPool
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

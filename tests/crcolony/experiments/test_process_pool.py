@@ -6,7 +6,7 @@ from pathlib import Path
 
 import psutil
 
-from crcolony.experiments.executors import processes
+from crcolony.experiments.process_pool import processes
 from tests.support.fake_experiment import number, slow_number
 from tests.support.process import wait_until
 

@@ -30,6 +30,7 @@ from crcolony.code_cache import find_folder, guard
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 AnyFloatArray = NDArray[np.floating[Any]]
 """Weights: 64 bits where a single learner has them, 32 bits where many agents do."""
 RowArray = NDArray[np.signedinteger[Any]]
@@ -44,6 +45,7 @@ COMPILED_SOURCES = (
     "body",
     "robot",
     "world",
+    "experiments/worlds",
     "in_process/colony.py",
     "randomness.py",
     "compiled.py",
@@ -155,3 +157,9 @@ def compiled(function: Callable[Parameters, Result]) -> Callable[Parameters, Res
     if is_switched_off():
         return function
     return Compiled(function)
+
+
+@compiled
+def as_index(number: float | np.signedinteger[Any]) -> int:
+    """Return a number that is not negative as an index: of a signed one numba checks whether it counts from the end."""
+    return np.uint64(number)  # type: ignore[return-value]

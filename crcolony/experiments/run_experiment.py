@@ -193,7 +193,8 @@ def _report(
         figure = write_figure(experiment.draw(rows), folder.path / f"{experiment.name}.png")
     folder.describe(msgspec.structs.replace(description, is_complete=True))
     console.print()
-    for line in format_claims(found, description.seeds):
+    columns = console.width if console.is_terminal else None
+    for line in format_claims(found, description.seeds, columns):
         console.print(line, soft_wrap=True)
     if description.is_quick:
         console.print("a quick run: it shows that the experiment runs, and nothing of its claims")

@@ -42,7 +42,7 @@ def write_claims(folder: Path, found: Sequence[MeasuredClaim], is_quick: bool) -
 def format_claims(
     found: Sequence[MeasuredClaim], seeds: int, columns: int | None = None
 ) -> Iterator[str]:
-    """Yield lines: each claim beside what the thesis says and what was measured; wrapped where they have more columns."""
+    """Yield lines: each claim beside what the thesis says and what was measured; in so many columns, or as they are."""
     for one in found:
         claim, measured = one.claim, one.measured
         few = f" (of {seeds} seeds; the claim asks for {claim.seeds})" * (seeds < claim.seeds)

@@ -220,6 +220,7 @@ def draw(rows: Sequence[Row]) -> "Figure":
         panel.plot(steps / 1000.0, middle, **line, label=condition)
         panel.fill_between(steps / 1000.0, low, high, color=line["color"], alpha=0.2)
     panel.set(xlabel="thousand steps", ylabel="matings in a thousand steps")
+    panel.set_ylim(0.0, 1.5 * panel.get_ylim()[1])  # room for the legend
     panel.legend()
     return figure
 

@@ -157,3 +157,9 @@ def compiled(function: Callable[Parameters, Result]) -> Callable[Parameters, Res
     if is_switched_off():
         return function
     return Compiled(function)
+
+
+@compiled
+def as_index(number: float | np.signedinteger[Any]) -> int:
+    """Return a number that is not negative as an index: of a signed one numba checks whether it counts from the end."""
+    return np.uint64(number)  # type: ignore[return-value]

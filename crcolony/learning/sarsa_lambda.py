@@ -10,7 +10,7 @@ and the value of a terminal state is 0.
 
 from typing import NamedTuple
 
-from crcolony.compiled import AnyFloatArray, FloatArray, IntArray, compiled
+from crcolony.compiled import AnyFloatArray, FloatArray, IntArray, as_index, compiled
 from crcolony.learning.features import tile_indices
 from crcolony.learning.policies import NO_ACTION, softmax
 from crcolony.learning.traces import (
@@ -78,7 +78,7 @@ def update_weights(
     """
     delta = reward + gamma * value_next
     for position in range(rows.shape[0]):  # their traces were just set: no update is pending
-        delta -= weights[rows[position], action]
+        delta -= weights[as_index(rows[position]), action]
     accumulate_error(totals, delta)
 
 
@@ -100,30 +100,23 @@ def learn_and_select(
     `action` is what the last `start_episode` or `learn_and_select` returned, `u` is a uniform draw.
     After a terminal state the next action is NO_ACTION.
     """
-    gamma = learner.meta_parameters[GAMMA]
-    if terminal:
-        update_weights(
-            learner.weights,
-            learner.totals,
-            learner.active_tiles,
-            action,
-            reward,
-            gamma,
-            0.0,
-        )
-        _clear(learner)
-        return NO_ACTION
-    action_next = _select_action(learner, state, u)
+    action_next, value_next = NO_ACTION, 0.0
+    if not terminal:
+        action_next = _select_action(learner, state, u)
+        value_next = learner.values[action_next]
     update_weights(
         learner.weights,
         learner.totals,
         learner.active_tiles,
         action,
         reward,
-        gamma,
-        learner.values[action_next],
+        learner.meta_parameters[GAMMA],
+        value_next,
     )
-    _set_traces(learner, action_next)
+    if terminal:
+        _clear(learner)
+    else:
+        _set_traces(learner, action_next)
     return action_next
 
 

@@ -31,7 +31,7 @@ row for every tile passes its tiles.
 it.
 """
 
-from crcolony.compiled import AnyFloatArray, FloatArray, IntArray, compiled
+from crcolony.compiled import AnyFloatArray, FloatArray, IntArray, as_index, compiled
 
 
 def accumulate(
@@ -84,14 +84,15 @@ MIN_TRACE = 1e-14
 
 @compiled
 def apply_pending(
-    weights: AnyFloatArray, traces: FloatArray, totals: FloatArray, tile: int, row: int, rate: float
+    weights: AnyFloatArray, trace: FloatArray, errors: float, row: int, rate: float
 ) -> None:
-    """Apply to the weights of `tile`, in a row, the update that is pending for them (eq. 2.15)."""
-    scale = traces[tile, SCALE]
+    """Apply to a row of weights the update that is pending for them (eq. 2.15), as the `trace` (4,) of
+    their tile and ERRORS have it."""
+    scale = trace[SCALE]
     if scale != 0.0:
-        pending = scale * (totals[ERRORS] - traces[tile, SUM])
-        weights[row, int(traces[tile, ACTION])] += rate * pending
-        traces[tile, SUM] = totals[ERRORS]
+        pending = scale * (errors - trace[SUM])
+        weights[as_index(row), as_index(trace[ACTION])] += rate * pending
+        trace[SUM] = errors
 
 
 @compiled
@@ -105,12 +106,13 @@ def action_values(
     out: FloatArray,
 ) -> None:
     """Write to `out` (actions,) the values Q_s of a state with active `tiles` (N,) (eq. 2.23)."""
+    errors = totals[ERRORS]
     for position in range(tiles.shape[0]):
-        apply_pending(weights, traces, totals, tiles[position], rows[position], rate)
+        apply_pending(weights, traces[as_index(tiles[position])], errors, rows[position], rate)
     for action in range(out.shape[0]):
         value = 0.0
         for position in range(rows.shape[0]):
-            value += weights[rows[position], action]
+            value += weights[as_index(rows[position]), action]
         out[action] = value
 
 
@@ -131,18 +133,20 @@ def set_traces(
     totals[DECAY] *= gamma_lambda
     if totals[DECAY] < MIN_DECAY:
         renormalise(weights, traces, traced_tiles, totals, rate)
-    scale = 1.0 / totals[DECAY]
+    scale, errors = 1.0 / totals[DECAY], totals[ERRORS]
+    count = int(totals[COUNT])
     for position in range(tiles.shape[0]):
-        tile, row = tiles[position], rows[position]
-        if traces[tile, SCALE] == 0.0:
-            traced_tiles[int(totals[COUNT])] = tile
-            totals[COUNT] += 1.0
+        trace = traces[as_index(tiles[position])]
+        if trace[SCALE] == 0.0:
+            traced_tiles[count] = tiles[position]
+            count += 1
         else:
-            apply_pending(weights, traces, totals, tile, row, rate)
-        traces[tile, ACTION] = action
-        traces[tile, SCALE] = scale
-        traces[tile, SUM] = totals[ERRORS]
-        traces[tile, ROW] = row
+            apply_pending(weights, trace, errors, rows[position], rate)
+        trace[ACTION] = action
+        trace[SCALE] = scale
+        trace[SUM] = errors
+        trace[ROW] = rows[position]
+    totals[COUNT] = count
 
 
 @compiled
@@ -161,17 +165,17 @@ def renormalise(
 ) -> None:
     """Apply all pending updates, scale DECAY back to 1, and clear traces that have faded to
     nothing."""
-    kept = 0
+    kept, errors = 0, totals[ERRORS]
     for position in range(int(totals[COUNT])):
-        tile = traced_tiles[position]
-        apply_pending(weights, traces, totals, tile, int(traces[tile, ROW]), rate)
-        trace = traces[tile, SCALE] * totals[DECAY]
-        if trace < MIN_TRACE:
-            traces[tile, SCALE] = 0.0
+        trace = traces[as_index(traced_tiles[position])]
+        apply_pending(weights, trace, errors, trace[ROW], rate)
+        faded = trace[SCALE] * totals[DECAY]
+        if faded < MIN_TRACE:
+            trace[SCALE] = 0.0
             continue
-        traces[tile, SCALE] = trace
-        traces[tile, SUM] = 0.0
-        traced_tiles[kept] = tile
+        trace[SCALE] = faded
+        trace[SUM] = 0.0
+        traced_tiles[kept] = traced_tiles[position]
         kept += 1
     totals[DECAY] = 1.0
     totals[ERRORS] = 0.0

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crcolony.compiled import IntArray, RowArray, compiled
+from crcolony.compiled import IntArray, RowArray, as_index, compiled
 from crcolony.learning.traces import COUNT, ROW, SCALE
 from crcolony.robot.state import Robots
 
@@ -60,7 +60,7 @@ def give_rows(robots: Robots, i: int, agent: int, module: int, initial_weight: f
     rows = robots.weight_rows[i, agent, module]
     blocks = robots.weight_blocks[i]
     for position in range(robots.next_tiles.shape[0]):
-        tile = robots.next_tiles[position]
+        tile = as_index(robots.next_tiles[position])
         is_new = rows[tile] < 0
         if is_new:
             used = robots.rows_used[i]
@@ -70,7 +70,7 @@ def give_rows(robots: Robots, i: int, agent: int, module: int, initial_weight: f
             rows[tile] = used
             robots.rows_used[i] += 1
         own = np.int64(rows[tile])
-        row = blocks[own >> _BLOCK_BITS] + (own & _WITHIN_BLOCK)
+        row = blocks[as_index(own >> _BLOCK_BITS)] + (own & _WITHIN_BLOCK)
         if is_new:
             for action in range(robots.weights.shape[1]):
                 robots.weights[row, action] = initial_weight
@@ -81,9 +81,9 @@ def give_rows(robots: Robots, i: int, agent: int, module: int, initial_weight: f
 def find_rows(robots: Robots, i: int, agent: int, module: int) -> None:
     """Write the rows of the last state's active tiles to `robots.state_rows`."""
     for position in range(robots.state_rows.shape[0]):
-        tile = robots.state_tiles[i, position]
+        tile = as_index(robots.state_tiles[i, position])
         own = np.int64(robots.weight_rows[i, agent, module, tile])
-        block = robots.weight_blocks[i, own >> _BLOCK_BITS]
+        block = robots.weight_blocks[i, as_index(own >> _BLOCK_BITS)]
         robots.state_rows[position] = block + (own & _WITHIN_BLOCK)
 
 

@@ -3,7 +3,7 @@
 import math
 
 from crcolony.body import contract
-from crcolony.compiled import FloatArray, compiled
+from crcolony.compiled import FloatArray, as_index, compiled
 from crcolony.world.neighbours import collect_near
 from crcolony.world.state import World
 
@@ -149,7 +149,7 @@ def _note_faces_and_tails(world: World, i: int, count: int) -> None:
     bodies = world.near_bodies
     for k in range(count):
         dx, dy, squared_m2 = bodies[k, 1], bodies[k, 2], bodies[k, 3]
-        other = int(bodies[k, 0])
+        other = as_index(bodies[k, 0])
         in_view = is_in_view(dx * cosine + dy * sine, squared_m2, world.rules.camera_cosine)
         is_seen = in_view & (other != i) & (squared_m2 <= range_m2)
         is_face = dx * world.headings[other, 0] + dy * world.headings[other, 1] <= 0.0
@@ -170,7 +170,7 @@ def sense_packs(world: World, i: int, count: int, row: FloatArray) -> None:
     for k in range(most):
         ahead_m = packs[k, 1] * cosine + packs[k, 2] * sine
         in_view = is_in_view(ahead_m, packs[k, _SQUARED], world.rules.camera_cosine)
-        is_free = world.pack_holders[int(packs[k, 0])] < 0
+        is_free = world.pack_holders[as_index(packs[k, 0])] < 0
         packs[k, _SQUARED] = packs[k, _SQUARED] if in_view & is_free else math.inf
     nearest = _nearest_visible(world, x, y, count, packs, most, _SQUARED)
     if nearest >= 0:

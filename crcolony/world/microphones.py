@@ -3,7 +3,7 @@
 import math
 
 from crcolony.body import contract
-from crcolony.compiled import FloatArray, compiled
+from crcolony.compiled import FloatArray, as_index, compiled
 from crcolony.world.state import World
 
 _HALF_LOUDNESS_M2 = 0.25
@@ -19,7 +19,7 @@ def sense_sound(world: World, i: int, count: int, row: FloatArray) -> None:
     """
     cosine, sine = world.headings[i, 0], world.headings[i, 1]
     for k in range(count):
-        loudness = world.actions[int(world.near_bodies[k, 0]), contract.SPEAKER]
+        loudness = world.actions[as_index(world.near_bodies[k, 0]), contract.SPEAKER]
         if loudness == 0.0:
             continue
         dx, dy = world.near_bodies[k, 1], world.near_bodies[k, 2]

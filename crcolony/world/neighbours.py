@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crcolony.compiled import FloatArray, IntArray, compiled
+from crcolony.compiled import FloatArray, IntArray, as_index, compiled
 
 _CELLS_PER_POINT = 4
 """There are at most so many cells for every point."""
@@ -60,12 +60,12 @@ def sort_into_cells(cells: Cells, positions: FloatArray) -> None:
         column = _cell_along(positions[i, 0], cells.grid[0], cells.grid[2], columns)
         row = _cell_along(positions[i, 1], cells.grid[1], cells.grid[2], rows)
         cell[i] = row * columns + column
-        start[cell[i] + 1] += 1
+        start[as_index(cell[i] + 1)] += 1
     for c in range(columns * rows):
         start[c + 1] += start[c]
     for i in range(positions.shape[0] - 1, -1, -1):
-        start[cell[i] + 1] -= 1
-        place = start[cell[i] + 1]
+        start[as_index(cell[i] + 1)] -= 1
+        place = as_index(start[as_index(cell[i] + 1)])
         cells.order[place] = i
         cells.places[place, 0] = positions[i, 0]
         cells.places[place, 1] = positions[i, 1]
@@ -90,7 +90,9 @@ def collect_near(cells: Cells, x: float, y: float, range_m: float, found: FloatA
     highest = _cell_along(y + range_m, corner_y, per_metre, rows)
     count = 0
     for row in range(lowest, highest + 1):
-        for k in range(cells.start[row * columns + left], cells.start[row * columns + right + 1]):
+        first = as_index(cells.start[as_index(row * columns + left)])
+        end = as_index(cells.start[as_index(row * columns + right + 1)])
+        for k in range(first, end):
             if count == found.shape[0]:
                 return count
             dx = cells.places[k, 0] - x

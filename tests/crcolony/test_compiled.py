@@ -17,6 +17,7 @@ import crcolony
 from crcolony.compiled import (
     COMPILED_SOURCES,
     FloatArray,
+    as_index,
     cache_folder,
     compiled,
     direct,
@@ -242,3 +243,10 @@ def test_a_function_that_is_not_compiled_is_called_as_it_is() -> None:
         return 2.0 * x
 
     assert direct(double, 1.0) is double
+
+
+def test_an_index_is_the_number_itself() -> None:
+    """An integer, or a float that holds one, is the same element of an array as an index."""
+    elements = np.arange(5.0)
+    for number in (0, 3, 4.0, np.int64(2)):
+        assert elements[as_index(number)] == number

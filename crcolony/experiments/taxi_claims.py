@@ -164,7 +164,9 @@ def _level(claim: Claim, rows: Sequence[Row]) -> Measured:
 
 def _p_above(values: FloatArray, threshold: float) -> float:
     """Return the p of a one-sided t-test: of the null hypothesis that the mean is the threshold, or below it."""
-    if values.size < 2 or np.ptp(values) == 0.0:
+    if (
+        values.size < 2 or np.ptp(values) <= 1e-9 * np.abs(values).max()
+    ):  # all alike, but for rounding
         return 0.0 if values.size > 1 and values[0] > threshold else 1.0
     return float(stats.ttest_1samp(values, threshold, alternative="greater").pvalue)
 

@@ -50,16 +50,7 @@ def taxi_tasks(abstract: bool) -> TaskGraph:
     stands = np.array(STAND_CELLS)
     legal_pickup = waits & (cell == stands[source])
     legal_putdown = ~waits & (cell == stands[destination])
-
-    def depends_on(*factors: tuple[IntArray, int]) -> IntArray | None:
-        """Return an abstraction: an index that tells apart nothing but these factors, given with their sizes."""
-        if not abstract:
-            return None
-        index = np.zeros(STATES, dtype=np.int64)
-        for values, size in factors:
-            index = index * size + values
-        return index
-
+    depends_on = _index_of if abstract else _all_states
     by_source, by_destination = (source, STANDS), (destination, STANDS)
     navigate = [
         Composite(
@@ -86,7 +77,7 @@ def taxi_tasks(abstract: bool) -> TaskGraph:
         ),
         terminal=waits,
     )
-    nothing_left = np.full(STATES, NO_ENTRY) if abstract else None  # the episode ends with Put
+    nothing_left = np.full(STATES, NO_ENTRY) if abstract else None
     root = Composite(
         "Root",
         (
@@ -99,3 +90,16 @@ def taxi_tasks(abstract: bool) -> TaskGraph:
     primitives.append(Primitive("Pickup", PICKUP, depends_on((legal_pickup.astype(int), 2))))
     primitives.append(Primitive("Putdown", PUTDOWN, depends_on((legal_putdown.astype(int), 2))))
     return TaskGraph(STATES, (root, get, put, *navigate, *primitives))
+
+
+def _index_of(*factors: tuple[IntArray, int]) -> IntArray | None:
+    """Return an abstraction: an index that tells apart nothing but these factors, given with their sizes."""
+    index = np.zeros(STATES, dtype=np.int64)
+    for values, size in factors:
+        index = index * size + values
+    return index
+
+
+def _all_states(*_: tuple[IntArray, int]) -> IntArray | None:
+    """Return no abstraction: every state has its own entry."""
+    return None

@@ -43,8 +43,7 @@ class MaxqQ:
     """A learner to call once a step: `start`, then `step` until NO_ACTION. `learner` is for compiled loops.
 
     `parameters` are by name; a subtask without any has the `default`. The values of a parameterised subtask have one
-    temperature, that of the first of them. Of what a subtask did, the last
-    `memory` steps are learnt from when it ends.
+    temperature, that of the first of them. Of what a subtask did, the last `memory` steps are learnt from when it ends.
     """
 
     def __init__(

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from crcolony.learning.maxq.decomposition import completion
 from crcolony.learning.maxq.maxq_learner import MaxqQ, NodeParameters
 from crcolony.learning.maxq.task_graph import Composite, Primitive, QNode, TaskGraph
 from crcolony.learning.policies import NO_ACTION
@@ -46,6 +47,21 @@ def test_it_equals_the_algorithm_as_printed(
         for state in range(STATES):
             assert learner.value(state, name) == oracle.value(name, state)
         assert learner.temperature(name) == oracle.temperature[name]
+        assert_completions_equal(learner, oracle, name)
+
+
+def assert_completions_equal(learner: MaxqQ, oracle: RecursiveMaxqQ, name: str) -> None:
+    """Compare C and C~ of all Q nodes of a subtask."""
+    subtask, (flat, tables, *_) = learner.graph[name], learner.learner
+    if isinstance(subtask, Primitive):
+        return
+    for number in range(len(subtask.q_nodes)):
+        edge = int(flat.first_edges[learner.graph.order.index(name)]) + number
+        for state in range(STATES):
+            outer = completion(flat, tables.completions, edge, state)
+            assert outer == oracle.completion(oracle.c, subtask, number, state)
+            inner = completion(flat, tables.inner_completions, edge, state)
+            assert inner == oracle.completion(oracle.inner, subtask, number, state)
 
 
 def chain(pseudo_reward: float) -> TaskGraph:

@@ -11,9 +11,17 @@ from crcolony.experiments.hierarchies import (
     changing_worlds,
     environments,
     plan_jobs,
+    run_changes,
     run_environment,
 )
-from crcolony.experiments.hierarchies_claims import DRIFT, IN_SIGHT, LAMARCKIAN
+from crcolony.experiments.hierarchies_claims import (
+    CHANGES,
+    DARWINIAN,
+    DRIFT,
+    IN_SIGHT,
+    LAMARCKIAN,
+    SENSES,
+)
 from crcolony.experiments.worlds.bring_home_tasks import GRAMMAR
 
 
@@ -39,6 +47,13 @@ def test_a_seed_gives_the_same_rows() -> None:
     """And another seed others."""
     rows = [run_environment(IN_SIGHT, LAMARCKIAN, seed, True) for seed in (1, 1, 2)]
     assert rows[0] == rows[1] != rows[2]
+
+
+def test_a_sensor_of_the_setting_makes_no_difference_to_darwinian_robots() -> None:
+    """They live in one setting, and know nothing of another: the same runs, to the last pack."""
+    for change in CHANGES:
+        unsensed, sensed = (run_changes(change, sense, DARWINIAN, 1, True) for sense in SENSES)
+        assert unsensed == sensed
 
 
 def test_changes_are_of_the_wall_and_what_a_sensor_says_of_it() -> None:

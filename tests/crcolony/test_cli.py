@@ -30,6 +30,7 @@ WRONG = [
     ("evolve", "--robots", "0"),
     ("evolve", "--generations", "-1"),
     ("evolve", "--selection", "fair"),
+    ("launch", "--set", "selection=pgta"),
     ("evolve", "--minutes", "0"),
     ("evolve", "--minutes", "nan"),
     ("evolve", "--seeds", "0"),

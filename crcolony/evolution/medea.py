@@ -5,8 +5,8 @@ lives on; the reserve is cleared. There is no fitness and no energy in it: who m
 
 A robot with virtual agents keeps one reserve, from which each of its next agents is drawn. The original robot whose
 reserve is empty stands still until it receives a genome; here robots meet only when both drive up to each other, so
-that one which stood still would never come back: its agents live on, mutated. The step size sigma is fixed, as in the
-authors' later releases by default: one that evolves would have to be sent.
+that one which stood still would never come back: its agents live on, mutated. The step size sigma is fixed, as by
+default in roborobo4: one that evolves would have to be sent.
 """
 
 import math

@@ -5,8 +5,9 @@ fitness, and apply genetic operators according to it; where that brings no impro
 
 Its abstract and the thesis say no more. Here each virtual agent is such a robot. Its fitness is the number of its
 matings, of which its present one tells the partner; the last partner of a lifetime counts, which is when both are
-nearly evaluated. The best string, or the present one if that is better, is crossed with the partner's if the partner's
-was fitter when they met, and mutated only otherwise.
+nearly evaluated. A string that is better than the best so far, or is the best one itself, is crossed with the
+partner's if that was fitter when they met, and else mutated; any other gives way to the best one, which is then
+evaluated again: a fitness that was luck does not last.
 """
 
 from collections.abc import Mapping
@@ -63,7 +64,7 @@ class Pega:
     def next_agents(
         self, subpopulation: Subpopulation, matings: IntArray, rng: np.random.Generator
     ) -> list[NewAgent]:
-        """Return, for each agent, what the operators make of the best string and that of a fitter partner."""
+        """Return what the operators make of each agent's string, or its best one where that was no improvement."""
         present = [
             BestString(genes.copy(), agent, float(fitness))
             for genes, agent, fitness in zip(
@@ -73,11 +74,13 @@ class Pega:
         kept = {one.mother: one for one in subpopulation.pool}
         before = self._best or present
         self._best = [
-            now if now.fitness > best.fitness else best
+            now if now.fitness > best.fitness or np.array_equal(now.genes, best.genes) else best
             for now, best in zip(present, before, strict=True)
         ]
         return [
-            _offspring(best, kept.get(now.agent), subpopulation, rng)
+            _offspring(now, kept.get(now.agent), subpopulation, rng)
+            if best is now
+            else NewAgent(best.genes, best.agent, None)
             for now, best in zip(present, self._best, strict=True)
         ]
 
@@ -91,13 +94,13 @@ class Pega:
 
 
 def _offspring(
-    best: BestString,
+    own: BestString,
     partner: Offspring | None,
     subpopulation: Subpopulation,
     rng: np.random.Generator,
 ) -> NewAgent:
     variation, schema = subpopulation.variation, subpopulation.schema
     if partner is None:
-        return NewAgent(variation.mutant(best.genes, schema, rng), best.agent, None)
-    genes = variation.offspring(best.genes, partner.genes, schema, rng)
-    return NewAgent(genes, best.agent, partner.father)
+        return NewAgent(variation.mutant(own.genes, schema, rng), own.agent, None)
+    genes = variation.offspring(own.genes, partner.genes, schema, rng)
+    return NewAgent(genes, own.agent, partner.father)

@@ -1,4 +1,4 @@
-"""PEGA keeps the best string so far, and crosses it with that of a fitter partner: a table worked by hand."""
+"""PEGA keeps the best string so far, and crosses with fitter partners: a table worked by hand."""
 
 from typing import Any, cast
 
@@ -11,8 +11,13 @@ from crcolony.evolution.reproduction import MatingOffer
 from tests.support.mating_pairs import STREAM, agent, meet, subpopulation
 from tests.support.scripted_randomness import ScriptedGenerator
 
-NO_MUTATION = [[0.5] * 3, [0.0] * 3]
-"""With a probability of 0 no gene mutates, whatever is drawn"""
+
+def mutation(*steps: float) -> list[Any]:
+    """Return what is drawn for a mutation of these steps."""
+    return [[0.0 if step else 0.9 for step in steps], list(steps)]
+
+
+NO_MUTATION = mutation(0.0, 0.0, 0.0)
 
 
 def turn_over(own: Subpopulation, strategy: Pega, matings: int, script: list[Any]) -> list[float]:
@@ -24,20 +29,20 @@ def turn_over(own: Subpopulation, strategy: Pega, matings: int, script: list[Any
     return genes
 
 
-def test_three_generations_go_as_in_the_table_worked_by_hand() -> None:
-    """First better than before, then worse, then with a fitter partner."""
-    own, partner = subpopulation("a", [1, 2, 3]), subpopulation("b", [-1, -2, -3])
+def test_four_generations_go_as_in_the_table_worked_by_hand() -> None:
+    """A first string, a worse one, the best one again, and a better one with a fitter partner."""
+    own = subpopulation("a", [1, 2, 3], mutation=0.5)
+    partner = subpopulation("b", [-1, -2, -3])
     strategy, other = Pega(), Pega()
-    # generation 0, 4 matings: the first string is the best; nobody fitter was met; it mutates, but none does here
-    assert turn_over(own, strategy, 4, NO_MUTATION) == [1, 2, 3]
-    # generation 1: another string, which mates 2 times: no improvement, so that the best one is used again
-    own.genotypes[0] = [5, 5, 5]
-    assert turn_over(own, strategy, 2, NO_MUTATION) == [1, 2, 3]
-    # generation 2: a string with 6 matings is the best now; the last partner had 9 when this one had 6: crossed
-    own.genotypes[0] = [7, 7, 7]
+    # 4 matings: the first string is the best; nobody fitter was met, so that it mutates
+    assert turn_over(own, strategy, 4, mutation(0.0, 1.0, 0.0)) == [1, 3, 3]
+    # 2 matings: no improvement, so that the best one is used again, as it is
+    assert turn_over(own, strategy, 2, []) == [1, 2, 3]
+    # 3 matings: so much is the best one worth now; it mutates
+    assert turn_over(own, strategy, 3, mutation(0.0, 0.0, -1.0)) == [1, 2, 2]
+    # 6 matings, which is better; the last partner had 9 when this one had 6: crossed, the second gene is the partner's
     meet((strategy, other), (agent(own, matings=6), agent(partner, matings=9)))
-    swapped = [[0.9, 0.1, 0.9], *NO_MUTATION]  # the second gene is the partner's
-    assert turn_over(own, strategy, 6, swapped) == [7, -2, 7]
+    assert turn_over(own, strategy, 6, [[0.9, 0.1, 0.9], *NO_MUTATION]) == [1, -2, 2]
 
 
 @pytest.mark.parametrize(("fitness", "is_kept"), [(5, True), (3, False), (1, False)])
@@ -52,14 +57,17 @@ def test_only_a_fitter_partner_counts_and_only_the_last(fitness: int, is_kept: b
 
 
 def test_births_name_whose_string_it_was() -> None:
-    """The mother is the agent that had the best string, however long ago; the father is the fitter partner."""
+    """The mother is the agent that had the string, however long ago; the father is the fitter partner."""
     own, partner = subpopulation("a", [1, 2, 3]), subpopulation("b", [-1, -2, -3])
     strategy = Pega()
     turn_over(own, strategy, 4, NO_MUTATION)
-    meet((strategy, Pega()), (agent(own, matings=1), agent(partner, matings=2)))
+    own.genotypes[0] = [5, 5, 5]
+    (again,) = strategy.next_agents(own, np.array([1]), cast(Any, ScriptedGenerator([])))
+    assert (again.mother, again.father) == ("a/0", None)
+    meet((strategy, Pega()), (agent(own, matings=5), agent(partner, matings=6)))
     rng = cast(Any, ScriptedGenerator([[0.9] * 3, *NO_MUTATION]))
-    (newborn,) = strategy.next_agents(own, np.array([1]), rng)
-    assert (newborn.mother, newborn.father) == ("a/0", "b/0")
+    (newborn,) = strategy.next_agents(own, np.array([5]), rng)
+    assert (newborn.mother, newborn.father) == ("a/1", "b/0")
 
 
 def test_a_saved_strategy_remembers_the_best_strings() -> None:
@@ -68,7 +76,7 @@ def test_a_saved_strategy_remembers_the_best_strings() -> None:
     turn_over(own, strategy, 4, NO_MUTATION)
     restored.restore(strategy.save())
     own.genotypes[0] = [5, 5, 5]
-    assert turn_over(own, restored, 2, NO_MUTATION) == [1, 2, 3]
+    assert turn_over(own, restored, 2, []) == [1, 2, 3]
 
 
 def test_it_says_how_fit_it_is() -> None:

@@ -194,7 +194,7 @@ def draw(rows: Sequence[Row]) -> "Figure":
         base += shares
     ends.set_xticks(range(len(REGIMES)), REGIMES, rotation=90)
     ends.set_ylabel("share of runs")
-    ends.legend()
+    ends.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(ENDS))
     stable = ("fitness", "density", "colony")
     for x, regime in enumerate(stable):
         values = values_of(rows, "matings_slope", regime)

@@ -4,7 +4,7 @@ import codecs
 import tomllib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, get_args
 
 import msgspec
 import tomli_w
@@ -13,7 +13,7 @@ from msgspec import Meta
 from crcolony.body.settings import WHEEL_LIMIT_M_S, CyberRodent
 from crcolony.errors import CrcolonyError, did_you_mean
 from crcolony.learning.features import distinct_offsets
-from crcolony.robot.settings import Heredity, Learning, Life
+from crcolony.robot.settings import Heredity, Learning, Life, Selection
 from crcolony.world.arena_size import check_fit
 from crcolony.world.settings import ArenaSettings
 
@@ -38,8 +38,10 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     """Generations to run; 0: until stopped."""
     seed: Annotated[int, Meta(ge=0, le=2**62)] = 1
     """Seed of all random numbers: the same seed gives the same history."""
-    selection: Literal["implicit", "central"] = "implicit"
-    """`central` is the baseline: one population, and roulette on the number of matings."""
+    selection: Selection = "implicit"
+    """How robots reproduce: by mating (implicit), or to compare with it in another way of the field
+    (docs/schemes.md). `central` is the baseline: one population, and roulette on the number of
+    matings."""
     arena: ArenaSettings = msgspec.field(default_factory=ArenaSettings)
     body: CyberRodent = msgspec.field(default_factory=CyberRodent)
     learning: Learning = msgspec.field(default_factory=Learning)
@@ -92,6 +94,25 @@ def check_config(config: Config, name: str = "config") -> None:
         )
     if not config.body.camera:
         raise ConfigError(f"{name}: body.camera: the learning modules need the camera")
+
+
+ONLY_IN_PROCESS: dict[Selection, str] = {
+    **dict.fromkeys(("central", "ompac", "gpbt_pl"), "it compares the agents of all robots"),
+    "pgta": "robots send their whole genotypes, whatever their energy",
+    "pega": "robots do not tell each other how fit they are",
+}
+"""Ways of selection that robots as processes do not know, and why."""
+
+
+def check_distributed(config: Config, name: str = "config") -> None:
+    """Raise ConfigError for a way of selection that is for colonies in one process."""
+    reason = ONLY_IN_PROCESS.get(config.selection)
+    if reason is not None:
+        known = " or ".join(one for one in get_args(Selection) if one not in ONLY_IN_PROCESS)
+        raise ConfigError(
+            f"{name}: selection: {config.selection} is for colonies in one process (crcolony evolve), since {reason};"
+            f" robots as processes know {known}"
+        )
 
 
 def warnings_of(config: Config) -> list[str]:

@@ -55,12 +55,13 @@ def _demo(options: argparse.Namespace) -> int:
         raise UsageError(f"--hz {options.hz:g}: must be from 0.001 to 1000")
     import msgspec
 
-    from crcolony.config import check_config
+    from crcolony.config import check_config, check_distributed
     from crcolony.demo.run_demo import DemoOptions, run_demo
 
     config = load_config(options.config, settings_of(options))
     live_config = msgspec.structs.replace(config, generations=0, robots=options.n)
     check_config(live_config, f"-n {options.n}")
+    check_distributed(live_config)
     return run_demo(
         DemoOptions(
             config=config,

@@ -25,8 +25,8 @@ def add_evolve(evolve: argparse.ArgumentParser) -> None:
     )
     evolve.add_argument(
         "--selection",
-        choices=("implicit", "central"),
-        help="default: implicit; central is the baseline to compare with",
+        choices=("implicit", "central", "pgta", "pega", "medea", "ompac", "gpbt_pl"),
+        help="default: implicit; the others are to compare with, central above all (docs/schemes.md)",
     )
     evolve.add_argument(
         "--out", type=Path, metavar="DIR", help="results folder; default: the next free runs/N"

@@ -195,6 +195,7 @@ def config_for_robots(
     has `spare_slots` more than robots, or what it had. Raises UsageError, ConfigError, or OpenFilesError for more
     robots than may open their files here.
     """
+    from crcolony.config import check_distributed
     from crcolony.transport.open_files import allow_open_files
 
     check_names(options)
@@ -206,6 +207,7 @@ def config_for_robots(
     if options.robots is None and (start.folder is None or options.config is not None):
         options.robots = options.n + spare_slots
     config = load_config(start.config_file(options), settings_of(options))
+    check_distributed(config)
     allow_open_files(options.n)
     has_own_arena = not getattr(options, "robots_only", False)
     if has_own_arena and config.robots < options.n:

@@ -72,6 +72,7 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
 
 
 def _robot(options: argparse.Namespace) -> int:
+    from crcolony.config import check_distributed
     from crcolony.runtime.service_notify import service_notifier
     from crcolony.runtime.start_robot import RobotOptions, run_robot
 
@@ -82,6 +83,7 @@ def _robot(options: argparse.Namespace) -> int:
         raise UsageError(f"--snapshot {options.snapshot:g}: must be from 0.1 to 86400 seconds")
     start = Start(options, "robot")
     config = load_config(start.config_file(options), settings_of(options))
+    check_distributed(config)
     network = network_of(options)
     run_robot(
         RobotOptions(

@@ -16,9 +16,9 @@ from crcolony.config import Config
 from crcolony.evolution.founders import Founders
 from crcolony.evolution.history import Died, Event, Mated, TurnedOver, birth_event
 from crcolony.evolution.lineage import Birth
-from crcolony.in_process.central_selection import CentralSelection
+from crcolony.in_process.central_schemes import make_central_scheme
 from crcolony.results.generation_summary import summarise_robots
-from crcolony.robot.factory import make_robots, make_variation, numbered_streams
+from crcolony.robot.factory import make_robots, numbered_streams
 from crcolony.robot.life_records import lifetimes_of
 from crcolony.robot.robot import Robot
 from crcolony.robot.state import DIED, MET, SLICE_OVER, Robots, StepParameters
@@ -74,11 +74,7 @@ class InProcessColony:
         )
         self.schema = self.robots[0].subpopulation.schema
         self.actions = np.zeros((config.robots, contract.ACTION_WIDTH))
-        self._central = (
-            CentralSelection(self.schema, make_variation(config.heredity), config.seed)
-            if config.selection == "central"
-            else None
-        )
+        self._central = make_central_scheme(config, self.schema)
         self.summary: dict[str, float] = {}
         """The row of the generation that ended last, as `summarise_robots` returns it"""
         self._record = on_event
@@ -120,7 +116,7 @@ class InProcessColony:
                 self._turn_over(waiting)
 
     def _mate(self, rows: np.ndarray) -> None:
-        """Exchange the genotypes of every pair that met; each side decides on offspring by its own energy."""
+        """Let every pair that met exchange what they send; each side makes of it what it wants."""
         observations = self.arena.world.observations[-1]
         partners = observations[:, contract.ENCOUNTER_ROBOT].astype(int)
         for row in rows:
@@ -154,7 +150,7 @@ class InProcessColony:
         if self._central is None:
             births = [robot.turn_over() for robot in waiting]
         else:
-            births = self._central.turn_over(waiting, self.batch.matings)
+            births = self._central.turn_over(waiting, self.batch)
         for robot, newborns in zip(waiting, births, strict=True):
             self._report_births(robot.row, newborns)
         self.generation = min(robot.generation for robot in self.robots)
@@ -167,7 +163,7 @@ class InProcessColony:
             "arena": self.arena.save(),
             "robots": [robot.save() for robot in self.robots],
             "actions": self.actions.copy(),
-            "central": self._central.stream.copy() if self._central else None,
+            "central": self._central.save() if self._central else None,
         }
 
     def restore(self, saved: Mapping[str, Any]) -> None:
@@ -180,7 +176,7 @@ class InProcessColony:
             robot.restore(state)
         self.actions[...] = saved["actions"]
         if self._central is not None:
-            self._central.stream[...] = saved["central"]
+            self._central.restore(saved["central"])
 
     def _report_births(self, row: int, births: list[Birth]) -> None:
         for agent, birth in enumerate(births):

@@ -5,11 +5,12 @@ from typing import Any
 import numpy as np
 
 from crcolony.evolution.population import Offspring
+from crcolony.evolution.reproduction import MatingOffer
 from crcolony.protocol.encounters import EncounterRecord
 from crcolony.protocol.mating_messages import pack_genes, unpack_genes
 from crcolony.protocol.telemetry_messages import Exchanged
 from crcolony.randomness import generator
-from crcolony.robot.robot import MatingOffer, Robot
+from crcolony.robot.robot import Robot
 from crcolony.robot.state import Robots
 from crcolony.storage.rows import Decision
 

@@ -1,12 +1,18 @@
 """Making robots from their settings: one batch, the same for every way to run a colony."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from crcolony.evolution.founders import Founders
+from crcolony.evolution.implicit_selection import ImplicitSelection
+from crcolony.evolution.medea import Medea, equal_variance_sigma
+from crcolony.evolution.pega import Pega
+from crcolony.evolution.pgta import Pgta
 from crcolony.evolution.population import Subpopulation
+from crcolony.evolution.reproduction import CentrallyBred, ReproductionStrategy
 from crcolony.evolution.time_sharing import (
     EpsilonGreedyOrder,
     RandomOrder,
@@ -16,6 +22,7 @@ from crcolony.evolution.time_sharing import (
 from crcolony.evolution.variation import Variation
 from crcolony.randomness import new_streams
 from crcolony.robot.batch import empty_robots, step_parameters
+from crcolony.robot.energy import conception_probability
 from crcolony.robot.genes import agent_schema
 from crcolony.robot.robot import Robot
 from crcolony.robot.settings import Heredity, Life, RobotSettings
@@ -51,6 +58,7 @@ def make_robots(
                 founders.of_robot(row, settings.life.agents) if founders else (),
             ),
             make_time_sharing(settings.life),
+            make_reproduction(settings),
         )
         for row, name in enumerate(names)
     ]
@@ -81,3 +89,30 @@ def make_time_sharing(life: Life) -> TimeSharing:
     if life.time_sharing == "softmax":
         return SoftmaxOrder(life.slices, life.exploration)
     return RandomOrder(life.slices)
+
+
+def make_reproduction(settings: RobotSettings) -> ReproductionStrategy:
+    """Return the way in which a robot reproduces by itself, for a setting of `selection`."""
+    mutation_probability = settings.heredity.mutation_probability
+    match settings.selection:
+        case "pgta":
+            return Pgta(mutation_probability)
+        case "pega":
+            return Pega()
+        case "medea":
+            return Medea(equal_variance_sigma(mutation_probability))
+        case "ompac" | "gpbt_pl":
+            return CentrallyBred()
+        case "implicit" | "central":  # a baseline with the same matings
+            return make_implicit_selection(settings.life)
+
+
+def make_implicit_selection(life: Life) -> ImplicitSelection:
+    """Return selection by mating, with the conceptions that are set."""
+    return ImplicitSelection(
+        partial(
+            conception_probability,
+            threshold=life.conception_threshold,
+            exponent=life.conception_exponent,
+        )
+    )

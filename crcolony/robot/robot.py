@@ -7,7 +7,6 @@ and nothing else.
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,12 +21,12 @@ from crcolony.body.shared_pages import (
     new_page,
 )
 from crcolony.compiled import FloatArray
-from crcolony.evolution.lineage import AgentId, Birth
+from crcolony.evolution.lineage import Birth
 from crcolony.evolution.population import NewAgent, Offspring, Subpopulation
+from crcolony.evolution.reproduction import MatingAgent, MatingOffer, ReproductionStrategy
 from crcolony.evolution.time_sharing import TimeSharing
-from crcolony.randomness import EventGenerator, Stream, draw_uncompiled
+from crcolony.randomness import EventGenerator, Stream
 from crcolony.robot.aot_step import PagedStep, load_step
-from crcolony.robot.energy import conception_probability
 from crcolony.robot.settings import Life
 from crcolony.robot.state import ADDED, SCRATCH, Robots, StepParameters, with_present_names
 from crcolony.robot.weight_rows import (
@@ -47,15 +46,6 @@ _ACTION = slice(ACTION_AT + 1, ACTION_AT + 1 + contract.ACTION_WIDTH)
 _SAVED = tuple(name for name in Robots._fields if name not in (*SCRATCH, *SAVED_APART, *BLOCKS))
 
 
-@dataclass(frozen=True)
-class MatingOffer:
-    """What one robot gives to the other in a mating: an agent's id and genotype, but not its
-    performance."""
-
-    agent: AgentId
-    genes: FloatArray
-
-
 class Robot:
     """One row of a batch of robots: the only one in a robot's own process, one of many in an
     in-process colony."""
@@ -68,6 +58,7 @@ class Robot:
         life: Life,
         subpopulation: Subpopulation,
         time_sharing: TimeSharing,
+        reproduction: ReproductionStrategy,
     ) -> None:
         self.row = row
         self.generation = 0
@@ -76,6 +67,7 @@ class Robot:
         self._parameters = parameters
         self._life = life
         self._time_sharing = time_sharing
+        self._reproduction = reproduction
         self._rare_events = EventGenerator()
         self._own: tuple[Page, PagedStep] | None = None
         """The step on a page of its own; the robots of an in-process colony need none"""
@@ -144,25 +136,25 @@ class Robot:
 
     def mating_offer(self) -> MatingOffer:
         """Return what this robot gives to its partner in a mating."""
-        agent = self.agent
-        return MatingOffer(self.subpopulation.ids[agent], self.subpopulation.genotypes[agent])
+        return self._reproduction.offer(self._mating_agent(self.agent), self.stream)
 
     def mate(self, partner: MatingOffer, agent: int | None = None) -> Offspring | None:
-        """Decide, by its energy, whether an agent conceives an offspring with the partner; return
-        it if so.
+        """Let an agent make use of what the partner gave; return the offspring if it conceives one.
 
         The agent is the one in control, unless the index of another is given: the one that met the
         partner.
         """
-        agent = self.agent if agent is None else agent
-        energy = float(self._robots.energies[self.row, agent])
-        probability = conception_probability(
-            energy, self._life.conception_threshold, self._life.conception_exponent
-        )
-        if draw_uncompiled(self.stream) >= probability:
-            return None
-        return self.subpopulation.conceive(
-            agent, partner.genes, partner.agent, self.steps, self._rare_events.begin(self.stream)
+        own = self._mating_agent(self.agent if agent is None else agent)
+        return self._reproduction.receive(own, partner, self.stream)
+
+    def _mating_agent(self, agent: int) -> MatingAgent:
+        robots, row = self._robots, self.row
+        return MatingAgent(
+            self.subpopulation,
+            agent,
+            energy=float(robots.energies[row, agent]),
+            matings=int(robots.matings[row, agent]),
+            step=self.steps,
         )
 
     def hand_over(self) -> bool:
@@ -181,11 +173,13 @@ class Robot:
         return True
 
     def turn_over(self, agents: Sequence[NewAgent] | None = None) -> list[Birth]:
-        """Start the next generation with offspring from the own pool, or with given agents; return
+        """Start the next generation with the agents of the own strategy, or with given ones; return
         the births."""
         self.generation += 1
         if agents is None:
-            agents = self.subpopulation.draw_next_generation(self._rare_events.begin(self.stream))
+            matings = self._robots.matings[self.row]
+            rng = self._rare_events.begin(self.stream)
+            agents = self._reproduction.next_agents(self.subpopulation, matings, rng)
         births = self.subpopulation.replace_agents(agents, self.generation, self.steps)
         self._reset_agents()
         self.hand_over()
@@ -217,11 +211,13 @@ class Robot:
         counters."""
         robots, row = self._robots, self.row
         arrays = {name: np.array(getattr(robots, name)[row]) for name in _SAVED}
-        return {
+        saved = {
             "arrays": arrays | save_weights(robots, row),
             "subpopulation": self.subpopulation.save(),
             "generation": self.generation,
         }
+        memory = self._reproduction.save()
+        return saved | {"reproduction": memory} if memory else saved
 
     def restore(self, saved: Mapping[str, Any]) -> None:
         """Become a saved robot of the same settings, also one that an earlier version saved.
@@ -239,4 +235,5 @@ class Robot:
                 raise ValueError(f"the saved robot does not fit these settings: {name}")
             field[self.row] = arrays[name]
         self.subpopulation.restore(saved["subpopulation"])
+        self._reproduction.restore(saved.get("reproduction", {}))
         self.generation = saved["generation"]

@@ -12,6 +12,7 @@ NotNegative = Annotated[float, Meta(ge=0.0, le=1e6)]
 Rate = Annotated[float, Meta(ge=-100.0, le=100.0)]
 Count = Annotated[int, Meta(ge=1, le=1000)]
 Tiles = Annotated[int, Meta(ge=1, le=100)]
+Selection = Literal["implicit", "central", "pgta", "pega", "medea", "ompac", "gpbt_pl"]
 
 
 class Learning(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -122,6 +123,9 @@ class RobotSettings(Protocol):
 
     @property
     def body(self) -> CyberRodent: ...
+
+    @property
+    def selection(self) -> Selection: ...
 
     @property
     def seed(self) -> int: ...

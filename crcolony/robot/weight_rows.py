@@ -119,6 +119,19 @@ def weights_by_tile(robots: Robots, i: int, initial_weight: float) -> NDArray[np
     return table
 
 
+def inherit_weights(
+    robots: Robots, i: int, table: NDArray[np.float32], is_visited: NDArray[np.bool_]
+) -> None:
+    """Give the agents of robot i what others have learnt: weights as a table (A, M, T, K), and which tiles were visited
+    (A, M, T), as a lifetime ends."""
+    used = int(np.count_nonzero(is_visited))
+    _take_blocks(robots, i, used)
+    rows = robots.weight_rows[i]
+    rows[...] = _NO_ROW
+    rows[is_visited] = np.arange(used)
+    robots.weights[_rows_in_table(robots, i, rows[is_visited])] = table[is_visited]
+
+
 def save_weights(robots: Robots, i: int) -> dict[str, np.ndarray]:
     """Return copies of robot i's weights and traces, as if it were alone."""
     own = np.arange(robots.rows_used[i])

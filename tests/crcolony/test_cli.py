@@ -176,6 +176,10 @@ def test_the_version_is_that_of_the_installed_package(capsys: pytest.CaptureFixt
         ("config --set lambda=5", "did you mean heredity.highest_lambda?"),
         ("config --set lief.agents=5", "did you mean life?"),
         ("config --set selection=fair", "choose one of implicit, central"),
+        ("launch --set selection=pgta", "robots as processes know implicit or medea"),
+        ("host --set selection=central", "robots as processes know implicit or medea"),
+        ("robot --set selection=pega --out r", "robots as processes know implicit or medea"),
+        ("demo --set selection=ompac", "robots as processes know implicit or medea"),
     ],
 )
 def test_a_wrong_word_comes_with_the_right_one(

@@ -2,12 +2,14 @@
 
 import tomllib
 from pathlib import Path
+from typing import get_args
 
 import msgspec
 import pytest
 import tomli_w
 
-from crcolony.config import Config, ConfigError, load, to_toml, warnings_of
+from crcolony.config import Config, ConfigError, check_distributed, load, to_toml, warnings_of
+from crcolony.robot.settings import Selection
 
 
 def test_the_defaults_are_a_config() -> None:
@@ -166,3 +168,17 @@ def test_tilings_that_line_up_are_warned_of(tilings: int, is_warned: bool) -> No
         [True] if is_warned else []
     )
     assert warnings_of(Config()) == []
+
+
+@pytest.mark.parametrize("selection", get_args(Selection))
+def test_a_way_of_selection_that_robots_as_processes_do_not_know_is_refused(selection: str) -> None:
+    """With the reason, and with what they do know."""
+    config = Config(selection=selection)  # type: ignore[arg-type]
+    if selection in ("implicit", "medea"):
+        check_distributed(config)
+        return
+    with pytest.raises(ConfigError) as error:
+        check_distributed(config)
+    (line,) = str(error.value).splitlines()
+    assert line.startswith(f"config: selection: {selection} is for colonies in one process")
+    assert line.endswith("robots as processes know implicit or medea")

@@ -10,6 +10,7 @@ from crcolony.evolution.population import Subpopulation
 from crcolony.evolution.time_sharing import RandomOrder
 from crcolony.evolution.variation import Variation
 from crcolony.robot.batch import empty_robots, step_parameters
+from crcolony.robot.factory import make_implicit_selection
 from crcolony.robot.genes import agent_schema
 from crcolony.robot.robot import Robot
 from crcolony.robot.settings import Heredity, Learning, Life
@@ -43,6 +44,7 @@ def new_robots(
             settings.life,
             Subpopulation(str(row), schema, Variation("two_point", 0.1), batch.genotypes[row], 50),
             RandomOrder(settings.life.slices),
+            make_implicit_selection(settings.life),
         )
         for row in range(count)
     ]

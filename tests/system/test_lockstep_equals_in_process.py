@@ -12,13 +12,21 @@ OPTIONS = (*settings("generations=2"), "--seed", "3", "--no-plots")
 
 
 @pytest.fixture(scope="module")
-def in_process(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The history hash of an in-process colony."""
+def in_process(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """The history hash of an in-process colony, by the way in which its robots reproduce."""
     folder = tmp_path_factory.mktemp("in_process")
-    out = folder / "evolved"
     with colony(folder) as made:
-        options = ("--robots", "4", *OPTIONS, "--out", str(out))
-        return history_hash(made.start("evolve", "evolve", *options), out)
+        evolved = {
+            selection: made.start(f"evolve {selection}", "evolve", *options_of(selection, folder))
+            for selection in ("implicit", "medea")
+        }
+        return {name: history_hash(process, folder / name) for name, process in evolved.items()}
+
+
+def options_of(selection: str, folder: Path) -> tuple[str, ...]:
+    """Return the options of an `evolve` into a folder of that name."""
+    out = str(folder / selection)
+    return ("--robots", "4", *OPTIONS, "--selection", selection, "--out", out)
 
 
 def history_hash(process: Process, out: Path) -> str:
@@ -29,17 +37,21 @@ def history_hash(process: Process, out: Path) -> str:
     return str(history_hash)
 
 
-@pytest.mark.parametrize("link", ["shared memory", "network"])
+@pytest.mark.parametrize(
+    ("selection", "link"),
+    [("implicit", "shared memory"), ("implicit", "network"), ("medea", "shared memory")],
+)
 def test_a_lockstep_colony_has_the_history_of_an_in_process_one(
-    tmp_path: Path, in_process: str, link: str
+    tmp_path: Path, in_process: dict[str, str], selection: str, link: str
 ) -> None:
     """`launch --lockstep` and `evolve` end with the same history hash, whether robots share memory with their bodies
-    or not, and several matings are in it."""
+    or not, in each way of selection that robots as processes know, and several matings are in it."""
     out = tmp_path / "launched"
     more = ["--no-shared-memory"] if link == "network" else []
+    more += ["--set", f"selection={selection}"]
     with colony(tmp_path) as made:
         options = ("-n", "4", "--lockstep", *OPTIONS, *more, "--out", str(out))
         launched = made.start("launch", "launch", *options)
-        assert history_hash(launched, out) == in_process
+        assert history_hash(launched, out) == in_process[selection]
     matings = launched.output.partition(" matings led to")[0].split()[-1]
     assert int(matings) >= 5, "with so few matings this shows nothing"

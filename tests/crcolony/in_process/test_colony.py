@@ -21,6 +21,9 @@ def test_the_same_seed_gives_the_same_history_and_another_seed_another() -> None
     [
         (),
         ("selection=central",),
+        ("selection=pgta",),
+        ("selection=pega",),
+        ("selection=medea", "heredity.pool_limit=2"),
         ("life.time_sharing=epsilon_greedy",),
         ("life.time_sharing=softmax",),
         ("learning.shaping=false",),

@@ -1,6 +1,7 @@
 """A decision can be rolled back, and replayed from storage with the same result."""
 
 import numpy as np
+import pytest
 
 from crcolony.nodes.mating_decision import MatingDecisions, exchanged_event
 from crcolony.protocol.encounters import EncounterRecord, Offer
@@ -11,8 +12,8 @@ from tests.support.lone_robot import ME, PEER
 from tests.support.small_colony import small
 
 
-def new_robot() -> tuple[Robot, MatingDecisions]:
-    batch, _, (robot,) = make_robots(small(), [ME.id.hex()], own_streams([ME.id]))
+def new_robot(*settings: str) -> tuple[Robot, MatingDecisions]:
+    batch, _, (robot,) = make_robots(small(*settings), [ME.id.hex()], own_streams([ME.id]))
     robot.start()
     return robot, MatingDecisions(robot, batch)
 
@@ -43,12 +44,13 @@ def test_a_full_agent_conceives_and_a_rollback_leaves_no_trace() -> None:
     assert state_of(robot) == before
 
 
-def test_a_replayed_decision_gives_the_same_state() -> None:
-    """On a robot as it was before the decision."""
-    robot, decisions = new_robot()
+@pytest.mark.parametrize("selection", ["implicit", "medea"])
+def test_a_replayed_decision_gives_the_same_state(selection: str) -> None:
+    """On a robot as it was before the decision, in each way of selection that robots as processes know."""
+    robot, decisions = new_robot(f"selection={selection}")
     record = record_of(robot, robot.subpopulation.ids[0])
     decision = decisions.decide(record)
-    restored, replayed = new_robot()
+    restored, replayed = new_robot(f"selection={selection}")
     assert replayed.replay(record, decision)
     assert state_of(restored)[:2] == state_of(robot)[:2]
 

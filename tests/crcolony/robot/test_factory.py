@@ -4,6 +4,11 @@ import numpy as np
 import pytest
 
 from crcolony.config import Config
+from crcolony.evolution.implicit_selection import ImplicitSelection
+from crcolony.evolution.medea import Medea
+from crcolony.evolution.pega import Pega
+from crcolony.evolution.pgta import Pgta
+from crcolony.evolution.reproduction import CentrallyBred
 from crcolony.evolution.time_sharing import (
     EpsilonGreedyOrder,
     RandomOrder,
@@ -11,13 +16,14 @@ from crcolony.evolution.time_sharing import (
     TimeSharing,
 )
 from crcolony.robot.factory import (
+    make_reproduction,
     make_robots,
     make_time_sharing,
     make_variation,
     numbered_streams,
     own_streams,
 )
-from crcolony.robot.settings import Heredity, Life, RobotSettings
+from crcolony.robot.settings import Heredity, Life, RobotSettings, Selection
 
 SETTINGS: RobotSettings = Config(seed=3, life=Life(agents=3), heredity=Heredity(pool_limit=5))
 
@@ -49,6 +55,26 @@ def test_a_robot_without_a_number_has_a_stream_by_its_id() -> None:
     together = own_streams([one, other])
     assert np.array_equal(own_streams([other])[0], together[1])
     assert together[0, 0] != together[1, 0]
+
+
+@pytest.mark.parametrize(
+    ("selection", "strategy"),
+    [
+        ("implicit", ImplicitSelection),
+        ("central", ImplicitSelection),
+        ("pgta", Pgta),
+        ("pega", Pega),
+        ("medea", Medea),
+        ("ompac", CentrallyBred),
+        ("gpbt_pl", CentrallyBred),
+    ],
+)
+def test_robots_reproduce_as_set(selection: Selection, strategy: type) -> None:
+    """Each robot with a strategy of its own."""
+    settings = Config(selection=selection)
+    one, other = make_reproduction(settings), make_reproduction(settings)
+    assert type(one) is type(other) is strategy
+    assert one is not other
 
 
 @pytest.mark.parametrize(

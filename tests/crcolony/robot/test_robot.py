@@ -4,8 +4,9 @@ import msgspec
 import numpy as np
 import pytest
 
+from crcolony.evolution.reproduction import MatingOffer
 from crcolony.evolution.time_sharing import EpsilonGreedyOrder
-from crcolony.robot.robot import MatingOffer, Robot
+from crcolony.robot.robot import Robot
 from crcolony.robot.state import ADDED, FORMER_NAMES, SLICE_OVER
 from crcolony.robot.weight_rows import weights_by_tile
 from tests.support.small_robots import DEFAULT, Settings, new_robots, random_observation

@@ -7,7 +7,14 @@ from crcolony.body.settings import CyberRodent
 from crcolony.robot.batch import empty_robots, step_parameters
 from crcolony.robot.settings import Learning, Life
 from crcolony.robot.state import Robots
-from crcolony.robot.weight_rows import find_rows, forget, give_rows, weights_by_tile, with_rows
+from crcolony.robot.weight_rows import (
+    find_rows,
+    forget,
+    give_rows,
+    inherit_weights,
+    weights_by_tile,
+    with_rows,
+)
 
 INITIAL_WEIGHT = 0.25
 
@@ -97,3 +104,18 @@ def test_rows_take_as_few_bytes_as_they_need(agents: int, kind: type) -> None:
     """16 bits for the default of 20 agents."""
     parameters = step_parameters(Learning(), Life(), CyberRodent())
     assert empty_robots(1, parameters, agents, 1, 1).weight_rows.dtype == kind
+
+
+def test_what_agents_inherit_takes_as_many_rows_as_it_has_tiles() -> None:
+    """In place of what they had learnt themselves; tiles that nobody visited have none."""
+    robots = new_robots()
+    visit(robots, 0, 0, 600)
+    visit(robots, 1, 2, 80)
+    robots.weights[:] = np.arange(robots.weights.shape[0], dtype=np.float32)[:, None]
+    table, is_visited = weights_by_tile(robots, 1, 0.0), robots.weight_rows[1] >= 0
+    parents = [2, 2, 0]
+    inherit_weights(robots, 0, table[parents], is_visited[parents])
+    assert np.array_equal(weights_by_tile(robots, 0, 0.0), table[parents])
+    assert robots.rows_used.tolist() == [2 * robots.rows_used[1], robots.rows_used[1]]
+    taken = robots.weight_blocks.shape[1] * 2 - int(robots.free_count[0])
+    assert taken == 2  # blocks of the one robot and of the other

@@ -44,6 +44,7 @@ COMPILED_SOURCES = (
     "body",
     "robot",
     "world",
+    "experiments/worlds",
     "in_process/colony.py",
     "randomness.py",
     "compiled.py",

@@ -1,0 +1,1 @@
+"""Small worlds of experiments, with known optima."""

@@ -45,9 +45,12 @@ TEXTBOOK_LAMBDAS = (0.0, 0.5, 0.95, 0.99)
 """Settings of Sutton and Barto's figure 12.10; alpha is for all tilings together."""
 TEXTBOOK_LIVES, TEXTBOOK_EPISODES = 10, 50
 """By how many steps in these the best of them is chosen."""
-_SETTINGS = {True: CarSettings(), False: CarSettings(generations=60)}
+_SETTINGS = {
+    True: CarSettings(individuals=50, generations=300, episodes=20),
+    False: CarSettings(individuals=50, generations=40, episodes=20),
+}
 """With shaping, and without"""
-_QUICK = CarSettings(individuals=10, generations=4, episodes=3)
+_QUICK, _QUICK_LIVES = CarSettings(individuals=10, generations=4, episodes=3), 2
 
 COLUMNS = {
     "generation": Column("generation of these values of a population", "generations"),
@@ -88,27 +91,30 @@ COLUMNS = {
 def plan_jobs(plan: Plan) -> list[Job]:
     """Return a run of each kind of learner for each seed."""
     jobs = []
+    lives = _QUICK_LIVES if plan.is_quick else LIVES
     for seed in plan.seeds:
         for condition, shaping in ((BOTH, True), (META_ALONE, False)):
             settings = _QUICK if plan.is_quick else _SETTINGS[shaping]
-            jobs.append(Job(condition, seed, partial(run_evolution, shaping, settings, seed)))
-        jobs.append(Job(TEXTBOOK, seed, partial(run_textbook, seed)))
+            jobs.append(
+                Job(condition, seed, partial(run_evolution, shaping, settings, lives, seed))
+            )
+        jobs.append(Job(TEXTBOOK, seed, partial(run_textbook, lives, seed)))
     return jobs
 
 
-def run_evolution(shaping: bool, settings: CarSettings, seed: int) -> list[Row]:
-    """Let learners evolve; return rows of generations, of learning curves, and of what came of it."""
+def run_evolution(shaping: bool, settings: CarSettings, lives: int, seed: int) -> list[Row]:
+    """Let learners evolve; return rows of generations, of curves over so many lives, and of what came of it."""
     driver, stream = new_driver(), new_streams(seed, (5, int(shaping)), 1)[0]
     evolution = CarEvolution(settings, shaping, driver, np.random.default_rng(seed), stream)
     lived = evolution.advance()
-    founder = live_often(driver, lived.fittest, LIVES, EPISODES, stream)
+    founder = live_often(driver, lived.fittest, lives, EPISODES, stream)
     generations, car_steps = [_generation_row(0, lived)], int(lived.steps.sum())
     for number in range(1, settings.generations):
         lived = evolution.advance()
         generations.append(_generation_row(number, lived))
         car_steps += int(lived.steps.sum())
     best, chosen_steps = evolution.choose_best(lived)
-    steps = live_often(driver, best, LIVES, EPISODES, stream)
+    steps = live_often(driver, best, lives, EPISODES, stream)
     early = settings.generations // 10
     found: Row = {
         **_measures(steps),
@@ -122,14 +128,14 @@ def run_evolution(shaping: bool, settings: CarSettings, seed: int) -> list[Row]:
     return [*generations, *_curve(steps, founder), found]
 
 
-def run_textbook(seed: int) -> list[Row]:
+def run_textbook(lives: int, seed: int) -> list[Row]:
     """Choose the best of a textbook's settings; return rows of its learning curve, and of how it does."""
     driver, stream = new_driver(), new_streams(seed, (5, 2), 1)[0]
     best, chosen_steps = min(
         ((genes, _mean_steps(driver, genes, stream)) for genes in _textbook()),
         key=lambda found: found[1],
     )
-    steps = live_often(driver, best, LIVES, EPISODES, stream)
+    steps = live_often(driver, best, lives, EPISODES, stream)
     found: Row = {**_measures(steps), "chosen_steps": chosen_steps, **_genes(best, False)}
     return [*_curve(steps), found]
 

@@ -20,9 +20,9 @@ def rows_of(seed: int) -> list[Row]:
             {"generation": k, "lambda_mean": 0.1 * seed, "alpha_mean": 1.0, "temperature": 0.5}
             for k in range(3)
         ]
-        weights = {f"potential_{k}": float(k) for k in range(WEIGHTS)}
-        chosen: list[Row] = [{"chosen_steps": 100.0 - seed} | weights]
-        rows += [{CONDITION: condition, SEED: seed} | row for row in (*curve, *genes, *chosen)]
+        weights: Row = {f"potential_{k}": float(k) for k in range(WEIGHTS)}
+        chosen: list[Row] = [{"chosen_steps": 100.0 - seed, **weights}]
+        rows += [{CONDITION: condition, SEED: seed, **row} for row in (*curve, *genes, *chosen)]
     return rows
 
 

@@ -17,7 +17,7 @@ from crcolony.experiments.worlds.mountain_car_genes import (
     TAU_DECAY,
     car_schema,
 )
-from crcolony.experiments.worlds.mountain_car_lives import CODING, live, live_all, new_driver
+from crcolony.experiments.worlds.mountain_car_lives import CODING, live_all, new_driver
 from crcolony.learning.features import NormalizedRBF
 from crcolony.learning.policies import hyperbolic_decay
 from crcolony.learning.sarsa_learner import SarsaLambda
@@ -62,10 +62,10 @@ def plain_life(genes: FloatArray, seed: int, episodes: int) -> tuple[list[int], 
 def test_a_life_is_that_of_its_parts() -> None:
     """Compiled as one it takes the same steps as car, learner and potential that are called one by one; and in every
     episode the shaping rewards sum up to -Phi(s_0), as Ng, Harada and Russell have it."""
-    genes, steps = some_genes(1), np.zeros(3, dtype=np.int64)
-    live(new_driver(), genes, new_streams(4, (1,), 1)[0], steps)
+    genes, steps = some_genes(1), np.zeros((1, 3), dtype=np.int64)
+    live_all(new_driver(), genes[None], new_streams(4, (1,), 1)[0], steps)
     expected, errors = plain_life(genes, 4, 3)
-    assert steps.tolist() == expected
+    assert steps.tolist() == [expected]
     assert errors == pytest.approx([0.0] * 3, abs=1e-6)
 
 
@@ -78,12 +78,13 @@ def lives(genes: FloatArray, count: int, episodes: int) -> IntArray:
 
 def test_nothing_is_left_of_an_earlier_life() -> None:
     """A life in used arrays is that in new ones, whatever was lived before."""
-    driver, genes = new_driver(), some_genes(2)
-    steps = np.zeros((2, 2), dtype=np.int64)
-    for row in steps:
-        live(driver, genes, new_streams(1, (1,), 1)[0], row)
-        live(driver, some_genes(3), new_streams(2, (1,), 1)[0], np.zeros(2, dtype=np.int64))
-    assert steps[0].tolist() == steps[1].tolist()
+    driver, genes, other = new_driver(), some_genes(2), some_genes(3)
+    found = []
+    for _ in range(2):
+        steps = np.zeros((2, 2), dtype=np.int64)
+        live_all(driver, np.stack([genes, other]), new_streams(1, (1,), 1)[0], steps)
+        found.append(steps.tolist())
+    assert found[0] == found[1]
 
 
 def test_without_a_potential_it_learns_as_published() -> None:

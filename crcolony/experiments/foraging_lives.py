@@ -1,10 +1,9 @@
 """One robot alone in crcolony's own arena, whose virtual agents learn to capture battery packs, one life after another.
 
 The colony's own control step and world, with the foraging module in control always: the genes of the selector are 0. No
-energy is spent, so that all lives are of the same length. Numbers are ours.
+energy is spent, so that all lives are of the same length. Temperatures decay so slowly that a gene of a low one matters
+for all of a life. Numbers are ours.
 """
-
-from collections.abc import Sequence
 
 import msgspec
 import numpy as np
@@ -22,15 +21,18 @@ WINDOW_STEPS = 150
 """Control steps of a life (0.2 s each), and of a point of its learning curve."""
 WINDOWS = LIFE_STEPS // WINDOW_STEPS
 
-OWN_BODY: tuple[str, ...] = ()
-"""The body in which learners evolve: exact senses, no delay."""
-OTHER_BODY = (
-    "body.noise.distance_m=0.03",
-    "body.noise.bearing_rad=0.05",
-    "body.action_latency_steps=1",
-    "body.track_m=0.176",
-)
-"""Another: noisy eyes, actions a control period late, and wheels a tenth further apart, so that it turns less."""
+BODIES: dict[str, tuple[str, ...]] = {
+    "own": (),
+    "worn": (
+        "body.noise.distance_m=0.03",
+        "body.noise.bearing_rad=0.05",
+        "learning.speeds_m_s=[0.0, 0.1425, 0.285]",
+        "learning.turns_rad_s=[-0.95, 0.0, 0.95]",
+    ),
+    "delayed": ("body.action_latency_steps=1",),
+}
+"""The body in which learners evolve, with exact senses and no delay; one with noisy eyes and wheels that slip by a
+twentieth; and one that acts a whole control period late, as none of their lives was."""
 
 _FORAGING = (
     "robots=1",
@@ -39,15 +41,17 @@ _FORAGING = (
     "life.slices=1",
     f"life.slice_steps={LIFE_STEPS}",
     "life.energy_per_step=0.0",
+    "heredity.highest_tau_decay=0.01",
+    "heredity.tau_decay_mutation_sd=0.0015",
     "heredity.selector_sd=0.0",
     "heredity.selector_mutation_sd=0.0",
 )
 
 
-def foraging_config(agents: int, shaping: bool, body: Sequence[str] = OWN_BODY) -> Config:
-    """Return the settings of a robot with so many agents, in a body."""
+def foraging_config(agents: int, shaping: bool, body: str = "own") -> Config:
+    """Return the settings of a robot with so many agents, in one of BODIES."""
     own = (f"life.agents={agents}", f"learning.shaping={str(shaping).lower()}")
-    return load(None, [*_FORAGING, *own, *body])
+    return load(None, [*_FORAGING, *own, *BODIES[body]])
 
 
 def foraging_schema(config: Config) -> Schema:

@@ -1,7 +1,7 @@
 """Co-evolution of shaping rewards and meta-parameters in foraging, and transfer to another body (Paper IV, thesis 5.4).
 
 Agents of one robot evolve by Algorithm 4.1, with the packs that they capture in a life as fitness. The best one is then
-learnt again from the start, in lives in its own body and in another one. Paper IV went to a real robot instead.
+learnt again from the start, in lives in its own body and in two others. Paper IV went to a real robot instead.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,8 @@ from crcolony.evolution.selection import tournament
 from crcolony.evolution.variation import gaussian_mutation, one_point_crossover
 from crcolony.experiments.experiment import CONDITION, Column, Experiment, Job, Plan, Row, Value
 from crcolony.experiments.foraging_lives import (
-    OTHER_BODY,
+    BODIES,
+    LIFE_STEPS,
     WINDOW_STEPS,
     WINDOWS,
     forage,
@@ -30,15 +31,13 @@ from crcolony.experiments.foraging_transfer_claims import (
     LAST,
     MEASURES,
     META_ALONE,
-    OTHER,
-    OWN,
     THIRDS,
 )
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-AGENTS, GENERATIONS = 20, 40
+AGENTS, GENERATIONS = 20, 60
 TOURNAMENT, CROSSOVER_PROBABILITY, MUTATION_PROBABILITY = 3, 0.7, 0.1
 FINAL_LIVES, TEST_RUNS = 5, 5
 """Lives of every agent of the last generation, by which the best is chosen; arenas in which it is measured then, with
@@ -50,19 +49,21 @@ COLUMNS = {
     "generation": Column("generation of these values of a population", "generations"),
     "packs_mean": Column("packs of a life, mean over agents", "packs"),
     "lambda_mean": Column("gene lambda of foraging, mean over agents"),
-    "tau_median": Column("gene tau of foraging, median over agents"),
+    "temperature": Column("tau of foraging, mean over the steps of a life, median over agents"),
     "window": Column(f"part of a life, of {WINDOW_STEPS} control steps, from 1"),
-    "packs_own": Column("packs captured in this part in the own body, mean over lives", "packs"),
-    "packs_other": Column("the same in the other body", "packs"),
+    **{
+        f"packs_{body}": Column(f"packs captured in it, mean over lives, {body} body", "packs")
+        for body in BODIES
+    },
     **{
         f"{third}_{body}": Column(f"packs in the {third} third of a life, {body} body", "packs")
         for third in THIRDS
-        for body in (OWN, OTHER)
+        for body in BODIES
     },
-    "life_own": Column("packs of a life in the own body, mean over lives", "packs"),
-    "life_other": Column("packs of a life in the other body, mean over lives", "packs"),
+    **{f"life_{body}": Column(f"packs of a life, {body} body", "packs") for body in BODIES},
     "lambda_end": Column(f"gene lambda of foraging, mean over agents and {LAST} last generations"),
-    "tau_end": Column(f"gene tau of foraging, median over agents, mean over {LAST} generations"),
+    "temperature_first": Column("temperature, generation 0"),
+    "temperature_end": Column(f"temperature, mean over the {LAST} last generations"),
 }
 
 
@@ -77,7 +78,7 @@ def plan_jobs(plan: Plan) -> list[Job]:
 
 
 def run(shaping: bool, generations: int, test_runs: int, seed: int) -> list[Row]:
-    """Let agents evolve; return rows of generations, of learning curves in both bodies, and of what came of it."""
+    """Let agents evolve; return rows of generations, of learning curves in all bodies, and of what came of it."""
     config, rng = foraging_config(AGENTS, shaping), np.random.default_rng(seed)
     schema = foraging_schema(config)
     genotypes = np.stack([schema.random(rng) for _ in range(AGENTS)])
@@ -89,19 +90,19 @@ def run(shaping: bool, generations: int, test_runs: int, seed: int) -> list[Row]
             genotypes = _breed(schema, genotypes, packs, rng)
     best = _choose_best(config, genotypes, rng)
     seeds = [_arena_seed(rng) for _ in range(test_runs)]
-    own = _curve(config, best, seeds)
-    other = _curve(foraging_config(AGENTS, shaping, OTHER_BODY), best, seeds)
+    curves = {body: _curve(foraging_config(AGENTS, shaping, body), best, seeds) for body in BODIES}
     curve: list[Row] = [
-        {"window": k + 1, "packs_own": float(own[k]), "packs_other": float(other[k])}
+        {"window": k + 1, **{f"packs_{body}": float(own[k]) for body, own in curves.items()}}
         for k in range(WINDOWS)
     ]
     found: Row = {
         "lambda_end": float(np.mean([row["lambda_mean"] for row in rows[-LAST:]])),
-        "tau_end": float(np.mean([row["tau_median"] for row in rows[-LAST:]])),
+        "temperature_first": rows[0]["temperature"],
+        "temperature_end": float(np.mean([row["temperature"] for row in rows[-LAST:]])),
     }
-    for body, packs_by_window in ((OWN, own), (OTHER, other)):
-        found[f"life_{body}"] = float(packs_by_window.sum())
-        for third, part in zip(THIRDS, np.array_split(packs_by_window, len(THIRDS)), strict=True):
+    for body, own in curves.items():
+        found[f"life_{body}"] = float(own.sum())
+        for third, part in zip(THIRDS, np.array_split(own, len(THIRDS)), strict=True):
             found[f"{third}_{body}"] = float(part.sum())
     return [*(dict[str, Value](row) for row in rows), *curve, found]
 
@@ -140,17 +141,20 @@ def _curve(config: Config, genes: FloatArray, seeds: Sequence[int]) -> FloatArra
 def _generation_row(
     number: int, schema: Schema, genotypes: FloatArray, packs: IntArray
 ) -> dict[str, float]:
-    lambdas, taus = (genotypes[:, schema.index(f"foraging.{meta}")] for meta in ("lambda", "tau"))
+    lambdas, taus, decays = (
+        genotypes[:, schema.index(f"foraging.{meta}")] for meta in ("lambda", "tau", "tau_decay")
+    )
+    temperatures = taus[:, None] / (1.0 + decays[:, None] * np.arange(LIFE_STEPS))
     return {
         "generation": number,
         "packs_mean": float(packs.mean()),
         "lambda_mean": float(lambdas.mean()),
-        "tau_median": float(np.median(taus)),
+        "temperature": float(np.median(temperatures.mean(axis=1))),
     }
 
 
 def draw(rows: Sequence[Row]) -> "Figure":
-    """Draw learning curves in both bodies, and packs and genes by generation: medians, and the middle half of seeds."""
+    """Draw learning curves in all bodies, and packs and genes by generation: medians, and the middle half of seeds."""
     from crcolony.results.plots.style import LINES, PAGE_IN, new_figure
 
     figure = new_figure(PAGE_IN, 2.4)
@@ -160,7 +164,8 @@ def draw(rows: Sequence[Row]) -> "Figure":
             curves,
             (
                 ("own body", BOTH, "window", "packs_own"),
-                ("other body", BOTH, "window", "packs_other"),
+                ("worn", BOTH, "window", "packs_worn"),
+                ("delayed", BOTH, "window", "packs_delayed"),
                 ("own, meta-parameters alone", META_ALONE, "window", "packs_own"),
             ),
         ),
@@ -175,7 +180,7 @@ def draw(rows: Sequence[Row]) -> "Figure":
             genes,
             (
                 ("λ", BOTH, "generation", "lambda_mean"),
-                ("τ", BOTH, "generation", "tau_median"),
+                ("τ", BOTH, "generation", "temperature"),
             ),
         ),
     ):

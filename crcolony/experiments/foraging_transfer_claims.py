@@ -17,7 +17,6 @@ from crcolony.experiments.statistics import (
 
 BOTH = "shaping and meta-parameters"
 META_ALONE = "meta-parameters alone"
-OWN, OTHER = "own", "other"
 THIRDS = ("first", "second", "last")
 LAST = 10
 """Generations at the end of a run over which genes are averaged."""
@@ -25,13 +24,13 @@ _NEUTRAL = 0.5
 """The mean of a neutral gene that begins even in 0 to 1, and stays in this range."""
 
 
-def _similar_curves(claim: Claim, rows: Sequence[Row]) -> Measured:
-    own, other = (values_of(rows, f"life_{body}", BOTH) for body in (OWN, OTHER))
+def _similar_curves(body: str, claim: Claim, rows: Sequence[Row]) -> Measured:
+    own, other = (values_of(rows, f"life_{one}", BOTH) for one in ("own", body))
     p = {
-        third: _p_equal(rows, f"{third}_{OTHER}", f"{third}_{OWN}", claim.threshold)
+        third: _p_equal(rows, f"{third}_{body}", f"{third}_own", claim.threshold)
         for third in THIRDS
     }
-    p_life = _p_equal(rows, f"life_{OTHER}", f"life_{OWN}", claim.threshold)
+    p_life = _p_equal(rows, f"life_{body}", "life_own", claim.threshold)
     p_differ = float(stats.ttest_rel(other, own).pvalue)
     ratio = ratio_interval(other, own)
     return Measured(
@@ -71,9 +70,9 @@ def _captures_more(column: str, claim: Claim, rows: Sequence[Row]) -> Measured:
     )
 
 
-def _small_gene(column: str, claim: Claim, rows: Sequence[Row]) -> Measured:
-    evolved = values_of(rows, column, BOTH)
-    alone = values_of(rows, column, META_ALONE)
+def _small_lambda(claim: Claim, rows: Sequence[Row]) -> Measured:
+    evolved = values_of(rows, "lambda_end", BOTH)
+    alone = values_of(rows, "lambda_end", META_ALONE)
     mean = mean_interval(evolved)
     p = float(stats.ttest_1samp(evolved, _NEUTRAL, alternative="less").pvalue)
     return Measured(
@@ -88,10 +87,30 @@ def _small_gene(column: str, claim: Claim, rows: Sequence[Row]) -> Measured:
     )
 
 
+def _greedy(claim: Claim, rows: Sequence[Row]) -> Measured:
+    founders = values_of(rows, "temperature_first", BOTH)
+    evolved = values_of(rows, "temperature_end", BOTH)
+    ratio = ratio_interval(evolved, founders)
+    p = float(stats.ttest_rel(evolved, founders, alternative="less").pvalue)
+    return Measured(
+        estimate=ratio.estimate,
+        low=ratio.low,
+        high=ratio.high,
+        statistic=f"{evolved.mean():.2g} against {founders.mean():.2g}; one-sided paired t-test, {evolved.size} runs",
+        p=p,
+        effect="A12",
+        effect_size=effect_size(evolved, founders),
+        runs=evolved.size,
+        verdict=verdict_of(ratio.estimate <= claim.threshold and p < LEVEL, p < LEVEL),
+    )
+
+
 MEASURES: Mapping[str, Callable[[Claim, Sequence[Row]], Measured]] = {
-    "similar-curves": _similar_curves,
+    "similar-curves": partial(_similar_curves, "worn"),
+    "similar-curves-delayed": partial(_similar_curves, "delayed"),
     "shaping-learns-more": partial(_captures_more, "life_own"),
-    "shaping-transfers": partial(_captures_more, "life_other"),
-    "greedy": partial(_small_gene, "tau_end"),
-    "small-lambda": partial(_small_gene, "lambda_end"),
+    "shaping-transfers": partial(_captures_more, "life_worn"),
+    "shaping-transfers-delayed": partial(_captures_more, "life_delayed"),
+    "greedy": _greedy,
+    "small-lambda": _small_lambda,
 }

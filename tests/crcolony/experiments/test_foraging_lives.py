@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from crcolony.experiments.foraging_lives import (
-    OTHER_BODY,
     WINDOWS,
     forage,
     foraging_config,
@@ -22,7 +21,9 @@ def test_lives_are_the_same_for_the_same_seed_alone() -> None:
     assert packs.sum() > 0
     assert packs.tolist() == forage(config, genotypes, 1).tolist()
     assert packs.tolist() != forage(config, genotypes, 2).tolist()
-    assert packs.tolist() != forage(foraging_config(4, True, OTHER_BODY), genotypes, 1).tolist()
+    for body in ("worn", "delayed"):
+        other = foraging_config(4, True, body)
+        assert packs.tolist() != forage(other, genotypes, 1).tolist()
 
 
 def test_only_foraging_is_ever_in_control() -> None:

@@ -38,15 +38,20 @@ def test_curves_are_similar_in_each_third(
     others: tuple[float, float, float], expected: str
 ) -> None:
     """A worse start and a better end are similar in part; better all along is not similar."""
-    columns: dict[str, Any] = {"life_own": 30.0 + NOISE, "life_other": sum(others) - NOISE}
-    for third, other in zip(THIRDS, others, strict=True):
-        columns |= {f"{third}_own": 10.0 + NOISE, f"{third}_other": other - NOISE}
-    assert verdict("similar-curves", columns) == expected
+    for claim, body in (("similar-curves", "worn"), ("similar-curves-delayed", "delayed")):
+        columns: dict[str, Any] = {"life_own": 30.0 + NOISE, f"life_{body}": sum(others) - NOISE}
+        for third, other in zip(THIRDS, others, strict=True):
+            columns |= {f"{third}_own": 10.0 + NOISE, f"{third}_{body}": other - NOISE}
+        assert verdict(claim, columns) == expected
 
 
 @pytest.mark.parametrize(
     ("claim", "column"),
-    [("shaping-learns-more", "life_own"), ("shaping-transfers", "life_other")],
+    [
+        ("shaping-learns-more", "life_own"),
+        ("shaping-transfers", "life_worn"),
+        ("shaping-transfers-delayed", "life_delayed"),
+    ],
 )
 def test_shaping_must_capture_more(claim: str, column: str) -> None:
     """Significantly, in pairs."""
@@ -54,11 +59,15 @@ def test_shaping_must_capture_more(claim: str, column: str) -> None:
         assert verdict(claim, {column: 30.0 + NOISE}, {column: alone - NOISE}) == expected
 
 
-@pytest.mark.parametrize(
-    ("claim", "column"), [("greedy", "tau_end"), ("small-lambda", "lambda_end")]
-)
-def test_genes_are_small_beyond_drift(claim: str, column: str) -> None:
+def test_greedy_is_a_tenth_of_the_temperature() -> None:
+    """Lower, but not so low, is reproduced in part."""
+    for found, expected in ((0.02, "reproduced"), (0.2, "partly"), (0.5, "not")):
+        own = {"temperature_first": 0.4 + NOISE, "temperature_end": found + 0.1 * NOISE}
+        assert verdict("greedy", own) == expected
+
+
+def test_lambda_is_small_beyond_drift() -> None:
     """Below the mean of a neutral gene, but not small, it is reproduced in part."""
-    for found, expected in ((0.09, "reproduced"), (0.35, "partly"), (0.6, "not")):
-        own = {column: found + 0.1 * NOISE}
-        assert verdict(claim, own, {column: 0.5}) == expected
+    for found, expected in ((0.1, "reproduced"), (0.35, "partly"), (0.6, "not")):
+        own = {"lambda_end": found + 0.1 * NOISE}
+        assert verdict("small-lambda", own, {"lambda_end": 0.5}) == expected

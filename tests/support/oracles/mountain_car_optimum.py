@@ -1,5 +1,7 @@
 """The optimal values of the mountain car, by dynamic programming on a grid of states, in numpy alone."""
 
+from functools import cache
+
 import numpy as np
 
 from crcolony.compiled import FloatArray
@@ -8,6 +10,7 @@ POSITIONS = np.linspace(-1.2, 0.5, 341)
 SPEEDS = np.linspace(-0.07, 0.07, 181)
 
 
+@cache
 def optimal_values() -> FloatArray:
     """Return V* (341, 181), minus the steps to the goal, by value iteration with linear interpolation."""
     x, v = np.meshgrid(POSITIONS, SPEEDS, indexing="ij")

@@ -16,18 +16,18 @@ from crcolony.experiments.worlds.mountain_car_lives import new_driver
 from crcolony.randomness import new_streams
 from tests.benchmarks.bench_limits import Way, limit_car, medians, product_car, show
 
-GENERATIONS = 60
-"""A run of fewer generations, in which bad learners have a larger share"""
+SETTINGS = CarSettings(individuals=20, generations=60, episodes=20)
+"""A small run, in which the bad learners of the first generations have a larger share"""
 
 
-def evolution(shaping: bool, generations: int) -> Way:
+def evolution(shaping: bool) -> Way:
     """Return a way to evolve."""
     driver = new_driver()
 
     def run() -> int:
-        stream, settings = new_streams(1, (1,), 1)[0], CarSettings(generations=generations)
-        cars = CarEvolution(settings, shaping, driver, np.random.default_rng(1), stream)
-        return sum(int(cars.advance().steps.sum()) for _ in range(generations))
+        stream, rng = new_streams(1, (1,), 1)[0], np.random.default_rng(1)
+        cars = CarEvolution(SETTINGS, shaping, driver, rng, stream)
+        return sum(int(cars.advance().steps.sum()) for _ in range(SETTINGS.generations))
 
     return run
 
@@ -37,8 +37,8 @@ def main() -> None:
     folder = sys.argv[1] if len(sys.argv) > 1 else None
     ways = {
         "one learner without potential": product_car,
-        "evolution of both": evolution(True, GENERATIONS),
-        "evolution of meta-parameters alone": evolution(False, GENERATIONS),
+        "evolution of both": evolution(True),
+        "evolution of meta-parameters alone": evolution(False),
     }
     if folder:
         sys.path.insert(0, folder)

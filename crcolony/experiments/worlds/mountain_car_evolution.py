@@ -31,9 +31,9 @@ FINAL_LIVES = 10
 class CarSettings:
     """How large an evolutionary run is."""
 
-    individuals: int = 50
-    generations: int = 200
-    episodes: int = 30
+    individuals: int
+    generations: int
+    episodes: int
     """In a life"""
 
 

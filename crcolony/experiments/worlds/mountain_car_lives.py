@@ -68,26 +68,33 @@ def live(driver: Driver, genes: FloatArray, stream: Stream, steps: IntArray) -> 
     learner.meta_parameters[sarsa_lambda.RATE] = genes[ALPHA] / TILINGS
     learner.meta_parameters[sarsa_lambda.GAMMA] = genes[GAMMA]
     learner.meta_parameters[sarsa_lambda.GAMMA_LAMBDA] = genes[GAMMA] * genes[LAMBDA]
+    has_potential = False
+    for k in range(POTENTIAL, genes.shape[0]):
+        has_potential |= genes[k] != 0.0
     total = 0
     for episode in range(steps.shape[0]):
         tau = hyperbolic_decay(genes[TAU], genes[TAU_DECAY], float(episode))
         learner.meta_parameters[sarsa_lambda.TEMPERATURE] = tau
-        count = _learn_episode(driver, genes[POTENTIAL:], genes[GAMMA], stream)
+        count = _learn_episode(driver, genes[POTENTIAL:], has_potential, genes[GAMMA], stream)
         steps[episode] = count
         total += count
     return total
 
 
 @compiled
-def _learn_episode(driver: Driver, weights: FloatArray, gamma: float, stream: Stream) -> int:
+def _learn_episode(
+    driver: Driver, weights: FloatArray, has_potential: bool, gamma: float, stream: Stream
+) -> int:
     """Learn until the goal is reached, or the episode is given up; return the steps."""
     learner, grid, state = driver
     draw_start(state, stream)
     action = start_episode(learner, state, draw(stream))
-    potential = rbf_grid_value(grid, state, weights)
+    potential = rbf_grid_value(grid, state, weights) if has_potential else 0.0
     for count in range(MOST_STEPS):
         terminal = drive(state, action)
-        potential_next = 0.0 if terminal else rbf_grid_value(grid, state, weights)
+        potential_next = 0.0
+        if has_potential and not terminal:
+            potential_next = rbf_grid_value(grid, state, weights)
         reward = -1.0 + potential_shaping(gamma, potential_next, potential)
         action = learn_and_select(learner, action, reward, state, terminal, draw(stream))
         if terminal:

@@ -36,8 +36,8 @@ def draw(rows: Sequence[Row]) -> "Figure":
         strict=False,
     ):
         _band(curves, rows, condition, "episode", column, label, line)
-    curves.set(xlabel="episode", ylabel="steps", xscale="log", yscale="log")
-    curves.legend()
+    curves.set(xlabel="episode", ylabel="steps", xscale="log", yscale="log", ylim=(80.0, 6_000.0))
+    curves.legend(loc="upper right")
     for (label, column, scale), line in zip(
         (("λ", "lambda_mean", 1.0), ("α / 2", "alpha_mean", 2.0), ("τ / 5", "temperature", 5.0)),
         LINES,

@@ -12,13 +12,14 @@ REAL := --reruns 1 -r aR
 SYNC := $(if $(filter output-sync,$(.FEATURES)),--output-sync)
 
 .DEFAULT_GOAL := help
-.PHONY: help run dashboard demo-lan test checks compiled coverage bench clean
+.PHONY: help run dashboard demo-lan test units colonies robots checks compiled coverage bench clean
 
 help:
 	@echo "make run           20 s of evolution, then its robots live, each its own process, until Ctrl-C (MINUTES=2, OUT=DIR)"
 	@echo "make dashboard     the running colony in a browser: beside make run, started before or after it"
 	@echo "make demo-lan      four machines on this one (root, Linux): set up over ssh from an inventory, cut off, upgraded, removed"
 	@echo "make test          every check and test that this machine can run"
+	@echo "make units         of these: what needs no colony of processes; make colonies and make robots: what does, and emulators"
 	@echo "make checks        formatting, types and imports between rooms alone"
 	@echo "make coverage      branch coverage of learning, evolution and robot alone"
 	@echo "make bench         benchmarks"
@@ -34,15 +35,25 @@ dashboard: $(VENV)/viz.stamp
 demo-lan: $(VENV)/dev.stamp
 	@$(BIN)/python -m pytest -q -s --no-header tests/system/test_lan_deployment.py
 
-# Coverage runs beside the type checker, which uses one core: beside the system tests it would take the time of their processes.
+# What uses one core runs beside another, the longest first. Units compute while colonies wait for clocks and networks.
 test: $(VENV)/dev.stamp
-	@$(MAKE) --no-print-directory -j2 $(SYNC) coverage checks compiled
-	@$(BIN)/python -m pytest -q -n 3 --dist loadfile $(REAL) $(DURATIONS) --ignore=tests/system --ignore=tests/robot_firmware_bridge
-	@echo "robots: their firmware on emulated controllers, and simulators of their makers:"
-	@$(BIN)/python -m pytest -q -n 4 --dist loadfile $(REAL) $(DURATIONS) tests/robot_firmware_bridge
+	@$(MAKE) --no-print-directory -j2 $(SYNC) compiled coverage checks
+	@echo "units beside colonies of real processes, for ten minutes or so:"
+	@$(MAKE) --no-print-directory -j2 $(SYNC) units colonies
+	@$(MAKE) --no-print-directory robots
+	@echo "colonies that keep time, or whose processes are killed at random:"
+	@$(BIN)/python -m pytest -q -m alone $(REAL) $(DURATIONS) tests/system
+
+units: $(VENV)/dev.stamp
+	@nice -n 5 $(BIN)/python -m pytest -q -n 2 --dist loadfile $(REAL) $(DURATIONS) --ignore=tests/system --ignore=tests/robot_firmware_bridge
+
+colonies: $(VENV)/dev.stamp
 	@echo "colonies of real processes, in network namespaces where this machine allows them:"
 	@$(BIN)/python -m pytest -q -n 2 --dist loadfile --no-loadscope-reorder -m "not alone" $(REAL) $(DURATIONS) tests/system
-	@$(BIN)/python -m pytest -q -m alone $(REAL) $(DURATIONS) tests/system
+
+robots: $(VENV)/dev.stamp
+	@echo "robots: their firmware on emulated controllers, and simulators of their makers:"
+	@$(BIN)/python -m pytest -q -n 4 --dist loadfile $(REAL) $(DURATIONS) tests/robot_firmware_bridge
 
 checks: $(VENV)/dev.stamp
 	@$(BIN)/ruff format --check --quiet . && $(BIN)/ruff check --quiet . && echo "ruff: clean"

@@ -73,7 +73,7 @@ COMMANDS = (
     ("simulate", add_simulate, "test colonies in virtual time with injected faults"),
     ("dashboard", add_dashboard, "show colonies live in Rerun"),
     ("replay", add_replay, "show a finished run in the dashboard"),
-    ("export", add_export, "export recorded telemetry as Parquet tables"),
+    ("export", add_export, "export telemetry as Parquet tables, and the lineage of a run"),
     ("compile", add_compile, "compile what robots and arenas need, ahead of their first start"),
     ("deploy", add_deploy, "check an inventory of hosts, and collect what they install"),
     ("doctor", add_doctor, "say what is wrong on this host, and the remedy"),

@@ -30,6 +30,7 @@ from crcolony.code_cache import find_folder, guard
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 AnyFloatArray = NDArray[np.floating[Any]]
 """Weights: 64 bits where a single learner has them, 32 bits where many agents do."""
 RowArray = NDArray[np.signedinteger[Any]]

@@ -19,6 +19,8 @@ CrcolonyError         something outside the program is wrong: a setting, a file,
     ExportError             an export to Parquet                    recordings.export
     ExperimentError         what is asked of an experiment          experiments.catalogue
     WorkerError             a worker of a sweep                     experiments.worker_processes
+    TaskGraphError          a task graph of MAXQ                    learning.maxq.task_graph
+    ClusterError            a Dask cluster, or an MPI run           experiments.worker_pool
     PlotError               figures                                 results.plots.conditions
     DashboardError          the dashboard                           crcolony_dashboards
     AuditError              the audit log                           crcolony_deploy.audit_log

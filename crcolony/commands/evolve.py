@@ -38,14 +38,7 @@ def add_evolve(evolve: argparse.ArgumentParser) -> None:
     )
     evolve.add_argument("--minutes", type=float, metavar="M", help="stop after so many minutes")
     add_no_plots(evolve)
-    evolve.add_argument(
-        "--seeds", type=int, metavar="N", help="N runs on all cores, with seeds from --seed on"
-    )
-    evolve.add_argument(
-        "--compare",
-        action="store_true",
-        help="with --seeds: also run central selection, no shaping, and conception that ignores energy, and compare",
-    )
+    _add_many_runs(evolve)
     evolve.set_defaults(command=_evolve)
     add_examples(
         evolve,
@@ -65,6 +58,30 @@ def add_evolve(evolve: argparse.ArgumentParser) -> None:
             "crcolony evolve --seeds 20 --compare --out runs/thesis",
             "the thesis' comparison, with statistics",
         ),
+        (
+            "crcolony evolve --seeds 5 --sweep life.energy_per_step=0.001,0.002 --out runs/sweep",
+            "a setting's values side by side",
+        ),
+    )
+
+
+def _add_many_runs(evolve: argparse.ArgumentParser) -> None:
+    """Add the options of many runs: over seeds, conditions and settings."""
+    evolve.add_argument(
+        "--seeds", type=int, metavar="N", help="N runs on all cores, with seeds from --seed on"
+    )
+    evolve.add_argument(
+        "--compare",
+        action="store_true",
+        help="with --seeds: also run central selection, no shaping, and conception that ignores energy, and compare",
+    )
+    evolve.add_argument(
+        "--sweep",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE,VALUE",
+        dest="sweeps",
+        help="with --seeds: a condition for each value; repeated, for each combination of values",
     )
 
 
@@ -73,8 +90,9 @@ def _evolve(options: argparse.Namespace) -> int:
     check_minutes(options.minutes)
     if options.seeds is not None:
         return _evolve_seeds(options)
-    if options.compare:
-        raise UsageError("--compare needs --seeds")
+    for option, is_given in (("--compare", options.compare), ("--sweep", options.sweeps)):
+        if is_given:
+            raise UsageError(f"{option} needs --seeds")
     if options.resume:
         return _resume(options)
     from crcolony.in_process.progress_display import run_in_terminal
@@ -107,7 +125,8 @@ def _resume(options: argparse.Namespace) -> int:
 
 
 def _evolve_seeds(options: argparse.Namespace) -> int:
-    from crcolony.experiments.paper3_survival import run_survival
+    from crcolony.experiments.paper3_survival import conditions_of, run_survival
+    from crcolony.experiments.setting_sweep import sweep_conditions
 
     if options.seeds < 1:
         raise UsageError(f"--seeds {options.seeds}: must be at least 1")
@@ -119,8 +138,13 @@ def _evolve_seeds(options: argparse.Namespace) -> int:
         )
     if options.resume and options.out is None:
         raise UsageError("--resume needs --out, the folder of the run")
+    if options.compare and options.sweeps:
+        raise UsageError("--compare cannot be used with --sweep: each has its own conditions")
     config = load_config(options.config, settings_of(options))
-    if config.generations == 0:
+    conditions = conditions_of(config, options.compare)
+    if options.sweeps:
+        conditions = sweep_conditions(options.config, settings_of(options), options.sweeps)
+    if any(condition.generations == 0 for condition in conditions.values()):
         raise UsageError("--generations 0 cannot be used with --seeds: such a run has no end")
     print_if_compiling()
-    return run_survival(config, options.seeds, options.out, options.compare, options.resume)
+    return run_survival(conditions, options.seeds, options.out, options.resume)

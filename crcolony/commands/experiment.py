@@ -3,9 +3,13 @@
 import argparse
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from crcolony.commands.options import UsageError, add_examples, print_if_compiling
 from crcolony.errors import EXIT_OK
+
+if TYPE_CHECKING:
+    from crcolony.experiments.worker_pool import OpenPool
 
 _MOST_SEEDS = 100_000
 _HIGHEST_SEED = 2**62
@@ -32,6 +36,15 @@ def add_experiment(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--resume", action="store_true", help="go on with the experiment in --out")
     parser.add_argument("--workers", type=int, metavar="N", help="runs at once; default: one a CPU")
+    parser.add_argument(
+        "--executor",
+        choices=("processes", "dask", "mpi"),
+        default="processes",
+        help="where runs are made: processes of this machine (default), a Dask cluster, or an MPI run",
+    )
+    parser.add_argument(
+        "--scheduler", metavar="ADDRESS", help="of the Dask cluster, as tcp://host:8786"
+    )
     parser.set_defaults(command=_experiment)
     add_examples(
         parser,
@@ -43,6 +56,10 @@ def add_experiment(parser: argparse.ArgumentParser) -> None:
         (
             "crcolony experiment learning-ability --resume --out runs/ability",
             "go on where it was stopped",
+        ),
+        (
+            "crcolony experiment learning-ability --executor dask --scheduler tcp://host:8786",
+            "on a cluster",
         ),
     )
 
@@ -58,7 +75,6 @@ def _experiment(options: argparse.Namespace) -> int:
     if options.list or options.name is None:
         return _list(options)
     from crcolony.experiments.catalogue import find_experiment
-    from crcolony.experiments.executors import processes
     from crcolony.experiments.registration import registration_text
     from crcolony.experiments.run_experiment import Request, run_experiment
 
@@ -66,14 +82,34 @@ def _experiment(options: argparse.Namespace) -> int:
     _check_numbers(options)
     if options.resume and options.out is None:
         raise UsageError("--resume needs --out, the folder of the experiment")
+    open_pool = _pool(options)
     request = Request(options.seeds, options.seed, options.quick, options.out, options.resume)
     print_if_compiling()
     return run_experiment(
         experiment,
         registration_text(options.name),
         request,
-        partial(processes, options.workers),
+        open_pool,
     )
+
+
+def _pool(options: argparse.Namespace) -> "OpenPool":
+    """Return what provides the workers that are asked for."""
+    if options.executor == "dask":
+        if options.scheduler is None:
+            raise UsageError("--executor dask needs --scheduler, as in --scheduler tcp://host:8786")
+        from crcolony.experiments.dask_pool import dask_cluster
+
+        return partial(dask_cluster, options.scheduler, options.workers)
+    if options.scheduler is not None:
+        raise UsageError("--scheduler is for --executor dask")
+    if options.executor == "mpi":
+        from crcolony.experiments.mpi_pool import mpi_processes
+
+        return partial(mpi_processes, options.workers)
+    from crcolony.experiments.process_pool import processes
+
+    return partial(processes, options.workers)
 
 
 def _check_numbers(options: argparse.Namespace) -> None:

@@ -1,4 +1,4 @@
-"""`crcolony export`: export recorded telemetry as Parquet tables."""
+"""`crcolony export`: export recorded telemetry as Parquet tables, and a run's lineage in the ALife data standard."""
 
 import argparse
 import sys
@@ -28,15 +28,18 @@ def add_export(parser: argparse.ArgumentParser) -> None:
 
 def _export(options: argparse.Namespace) -> int:
     from crcolony.recordings.export import export
+    from crcolony.recordings.lineage import write_lineage
+    from crcolony.results.history_database import HISTORY_DATABASE
     from crcolony.storage.claimed_folder import check_output_folder
 
     folder = options.folder if options.folder.is_dir() else options.folder.parent
     if options.out is not None:
         check_output_folder(options.out)
-    for path in export(
-        options.folder, options.out or folder / "parquet", print_line=_print_warning
-    ):
+    out = options.out or folder / "parquet"
+    for path in export(options.folder, out, print_line=_print_warning):
         print(path)
+    if (options.folder / HISTORY_DATABASE).is_file():
+        print(write_lineage(options.folder / HISTORY_DATABASE, out))
     return EXIT_OK
 
 

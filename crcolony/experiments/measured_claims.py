@@ -1,5 +1,6 @@
 """The claims of an experiment beside what was measured: as text for people, and as a file for programs."""
 
+import textwrap
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -11,6 +12,8 @@ from crcolony.experiments.experiment import Experiment, Measured, Row
 from crcolony.experiments.registration import Claim, Registration
 
 CLAIMS_FILE = "claims.json"
+_INDENT = 14
+"""Columns before what is said of a claim"""
 
 
 class MeasuredClaim(msgspec.Struct, frozen=True):
@@ -36,17 +39,25 @@ def write_claims(folder: Path, found: Sequence[MeasuredClaim], is_quick: bool) -
     replace_file(folder / CLAIMS_FILE, lambda file: file.write(msgspec.json.format(content)))
 
 
-def format_claims(found: Sequence[MeasuredClaim], seeds: int) -> Iterator[str]:
-    """Yield lines: each claim beside what the thesis says and what was measured."""
+def format_claims(
+    found: Sequence[MeasuredClaim], seeds: int, columns: int | None = None
+) -> Iterator[str]:
+    """Yield lines: each claim beside what the thesis says and what was measured; in so many columns, or as they are."""
     for one in found:
         claim, measured = one.claim, one.measured
         few = f" (of {seeds} seeds; the claim asks for {claim.seeds})" * (seeds < claim.seeds)
         yield f"{claim.id}: {verdict_text(measured)}{few}"
-        yield f"    claim     {claim.claim}"
-        yield f"    thesis    {claim.thesis}"
-        yield f"    quantity  {claim.quantity}"
-        yield f"    test      {claim.test}"
-        yield f"    measured  {estimate_text(measured)}; {measured.statistic}{_evidence(measured)}"
+        parts = {
+            "claim": claim.claim,
+            "thesis": claim.thesis,
+            "quantity": claim.quantity,
+            "test": claim.test,
+            "measured": f"{estimate_text(measured)}; {measured.statistic}{_evidence(measured)}",
+        }
+        for name, text in parts.items():
+            lines = textwrap.wrap(text, max(columns - _INDENT, _INDENT)) if columns else [text]
+            yield f"    {name:<{_INDENT - 4}}{lines[0]}"
+            yield from (" " * _INDENT + line for line in lines[1:])
 
 
 def verdict_text(measured: Measured) -> str:

@@ -7,7 +7,7 @@ runs are printed whether they agree or not.
 """
 
 import importlib.util
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import msgspec
@@ -43,9 +43,12 @@ def conditions_of(config: Config, compare: bool) -> dict[str, Config]:
     }
 
 
-def run_survival(config: Config, seeds: int, out: Path | None, compare: bool, resume: bool) -> int:
-    """Run all seeds of all conditions on all usable CPUs, write and print a report, and return the exit code.
+def run_survival(
+    conditions: Mapping[str, Config], seeds: int, out: Path | None, resume: bool
+) -> int:
+    """Run all conditions on all usable CPUs, write and print a report, and return the exit code.
 
+    Each has so many seeds, from that of its config on.
     With `resume`, finished runs in `out` are only read and others are resumed; without it `out` must be empty (None:
     the next free runs/N). Raises FolderError, ConfigError, and ImportError if scipy is missing.
     """
@@ -56,13 +59,12 @@ def run_survival(config: Config, seeds: int, out: Path | None, compare: bool, re
             claimed.begin()
         elif not resume:
             raise FolderError(f"{out}: not empty; choose another --out or use --resume")
-        return _run_all_seeds(config, seeds, claimed.path, compare)
+        return _run_all_seeds(conditions, seeds, claimed.path)
 
 
-def _run_all_seeds(config: Config, seeds: int, out: Path, compare: bool) -> int:
-    conditions = conditions_of(config, compare)
+def _run_all_seeds(conditions: Mapping[str, Config], seeds: int, out: Path) -> int:
     jobs = [
-        (name, msgspec.structs.replace(condition, seed=config.seed + k))
+        (name, msgspec.structs.replace(condition, seed=condition.seed + k))
         for k in range(seeds)
         for name, condition in conditions.items()
     ]

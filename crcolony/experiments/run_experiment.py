@@ -1,8 +1,7 @@
 """Runs an experiment into its results folder, or goes on in one, and prints each claim beside what was measured."""
 
 import shlex
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -12,7 +11,6 @@ from rich.console import Console
 
 from crcolony.errors import EXIT_OK
 from crcolony.experiments.catalogue import ExperimentError
-from crcolony.experiments.executors import WorkerPool
 from crcolony.experiments.experiment import Experiment, Job, Plan, Row
 from crcolony.experiments.experiment_folder import (
     Description,
@@ -27,6 +25,7 @@ from crcolony.experiments.measured_claims import format_claims, measure_claims, 
 from crcolony.experiments.registration import Registration, parse_registration
 from crcolony.experiments.sweep import finished_jobs
 from crcolony.experiments.tidy_table import check_needed_packages, checked_rows, write_rows
+from crcolony.experiments.worker_pool import OpenPool
 from crcolony.shutdown import ShutdownSignal
 from crcolony.storage.claimed_folder import ClaimedFolder, claim_folder
 from crcolony.storage.files import FolderError
@@ -34,9 +33,6 @@ from crcolony.terminal import plain_console
 
 QUICK_SEEDS = 3
 """Seeds of a quick run: the fewest of which there are intervals."""
-
-OpenPool = Callable[[int, Callable[[], bool]], AbstractContextManager[WorkerPool]]
-"""Provides workers for so many jobs, until a stop."""
 
 
 @dataclass(frozen=True)
@@ -197,7 +193,8 @@ def _report(
         figure = write_figure(experiment.draw(rows), folder.path / f"{experiment.name}.png")
     folder.describe(msgspec.structs.replace(description, is_complete=True))
     console.print()
-    for line in format_claims(found, description.seeds):
+    columns = console.width if console.is_terminal else None
+    for line in format_claims(found, description.seeds, columns):
         console.print(line, soft_wrap=True)
     if description.is_quick:
         console.print("a quick run: it shows that the experiment runs, and nothing of its claims")

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import msgspec
 
@@ -39,8 +39,12 @@ def finished_jobs(
         if not running:
             return
         done, running = wait(running, _POLL_S, FIRST_COMPLETED)
-        for future in sorted(done, key=lambda future: future.exception() is not None):
+        for future in sorted(done, key=_has_failed):
             yield future.result()
+
+
+def _has_failed(future: Future[Any]) -> bool:
+    return future.cancelled() or future.exception() is not None
 
 
 def run_once(condition: str, config: Config, folder: Path) -> Outcome | None:

@@ -134,12 +134,18 @@ def _table(*owners: Robots | StepParameters | Page) -> np.ndarray:
 
 
 @functools.cache
+def math_library() -> str:
+    """Return the name of the C library's functions of mathematics; where no tool can search for it, as in a small
+    container, that of Linux."""
+    return ctypes.util.find_library("m") or "libm.so.6"
+
+
 def _link(entry: bytes, code: bytes) -> Any:
     """Return the function of this name of object code for this machine, of which one is enough for
     all robots of a process."""
     from llvmlite import binding  # type: ignore[import-untyped]
 
-    binding.load_library_permanently(ctypes.util.find_library("m"))  # for exp()
+    binding.load_library_permanently(math_library())  # for exp()
     for name in _UNREACHABLE:
         if binding.address_of_symbol(name) is None:
             binding.add_symbol(name, binding.address_of_symbol("abort"))

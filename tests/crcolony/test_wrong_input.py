@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from crcolony.cli import main
+from crcolony.cli import main, make_parser
 from tests.support.command_line import parsers_of_commands
 
 WRONG = (
@@ -98,11 +98,11 @@ def test_no_value_of_an_option_ends_with_a_traceback(
     name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Any exception would fail this test."""
-    refused = 0
+    refused, parser = 0, make_parser()
     for action in parsers_of_commands()[name]._actions:
         for words in lines_with(name, action):
             try:
-                code = main(words)
+                code = main(words, parser)
             except AcceptedError:
                 continue
             errors = capsys.readouterr().err

@@ -1,4 +1,7 @@
-"""The image of `deploy/container`, built by buildah on a base of Debian's, and commands run in it without an engine."""
+"""The image of `deploy/container`, built by buildah on a base of Debian's, and commands run in it without an engine.
+
+The base has the packages of a slim image with Python, as they are installed here: their files are copied.
+"""
 
 import contextlib
 import os
@@ -14,15 +17,20 @@ from tests.support.paths import ROOT
 
 _BASE, _IMAGE = "localhost/crcolony-test-base", "localhost/crcolony-test"
 USER = 10001
+_PACKAGES = ("python3", "python3-venv", "ca-certificates", "libstdc++6")
+"""What the base has besides what Debian cannot do without"""
 
 
 def missing_requirement() -> str:
     """Return why no image can be built here; empty if one can."""
     if os.geteuid() != 0:
         return "images are built as root here"
-    for tool in ("buildah", "debootstrap", "unshare", "chroot"):
+    for tool in ("buildah", "unshare", "chroot", "dpkg-query", "apt-cache"):
         if shutil.which(tool) is None:
             return f"{tool} is not installed"
+    for package in _PACKAGES:
+        if subprocess.run(["dpkg-query", "-W", package], capture_output=True).returncode:
+            return f"{package} is not installed"
     return ""
 
 
@@ -43,10 +51,7 @@ def built_image() -> Iterator[Path]:
     """Build the image, and yield the folder of its root; everything is removed afterwards."""
     with contextlib.ExitStack() as made:
         folder = Path(made.enter_context(tempfile.TemporaryDirectory(dir="/var/tmp")))
-        run(
-            "debootstrap", "--variant=minbase", "--include=python3,python3-venv,ca-certificates",
-            "bookworm", folder / "base", "http://deb.debian.org/debian",
-        )  # fmt: skip
+        copy_packages(folder / "base")
         scratch = run("buildah", "from", "scratch")
         made.callback(run, "buildah", "rm", scratch)
         run("buildah", "add", "-q", scratch, folder / "base", "/")
@@ -63,6 +68,30 @@ def built_image() -> Iterator[Path]:
         root = Path(run("buildah", "mount", container))
         made.callback(run, "buildah", "umount", container)
         yield root
+
+
+def copy_packages(base: Path) -> None:
+    """Make a root of the files of `_PACKAGES`, of essential packages, and of all that these depend on."""
+    known = run("dpkg-query", "-W", "-f", "${db:Status-Abbrev}${Essential} ${Package}\n")
+    is_essential = {
+        name: essential == "yes"
+        for status, essential, name in map(str.split, known.splitlines())
+        if status == "ii"
+    }
+    wanted = (*_PACKAGES, *(name for name in is_essential if is_essential[name]))
+    options = ("--recurse", "--installed", "--important")
+    found = run("apt-cache", "depends", *options, *wanted).splitlines()
+    packages = [name for name in found if name in is_essential]
+    listed = run("dpkg-query", "-L", *packages).splitlines()
+    files = [path for path in dict.fromkeys(listed) if path[:1] == "/" and os.path.lexists(path)]
+    for name in ("bin", "sbin", "lib", "lib64"):
+        (base / "usr" / name).mkdir(parents=True)
+        (base / name).symlink_to(f"usr/{name}")
+    (names := base.with_name("files")).write_text("\n".join(files))
+    pack = f"tar -C / -c --no-recursion -T {names} | tar -C {base} -x --keep-directory-symlink"
+    devices = f"cp -a /dev/null /dev/zero /dev/random /dev/urandom {base}/dev"
+    users = f"cp -a /etc/passwd /etc/group {base}/etc"
+    run("sh", "-c", f"{pack} && {devices} && {users} && ldconfig -r {base}")
 
 
 def inside(root: Path, memories: Path, code: Path) -> tuple[str, ...]:

@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from crcolony.experiments.executors import WorkerPool
 from crcolony.experiments.experiment import (
     Column,
     Experiment,
@@ -21,6 +20,7 @@ from crcolony.experiments.experiment import (
     verdict_of,
 )
 from crcolony.experiments.registration import Claim
+from crcolony.experiments.worker_pool import WorkerPool
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,6 +51,13 @@ def slow_number(folder: Path, condition: str, seed: int) -> Row:
     while not (folder / "go").exists():
         time.sleep(0.01)
     return number(condition, seed)
+
+
+def treated_wait(folder: Path, condition: str, seed: int) -> Row:
+    """Let one condition finish at once, and the other wait."""
+    return (
+        slow_number(folder, condition, seed) if condition == "treated" else number(condition, seed)
+    )
 
 
 def _larger(claim: Claim, rows: Sequence[Row]) -> Measured:

@@ -136,9 +136,13 @@ class Deployment:
         ):
             assert running.stdout is not None
             log.write(f"===== {playbook} {' '.join(options)}\n")
-            for line in running.stdout:
-                lines.append(line)
-                log.write(f"{time.monotonic() - started_s:6.1f} {line}")
+            try:
+                for line in running.stdout:
+                    lines.append(line)
+                    log.write(f"{time.monotonic() - started_s:6.1f} {line}")
+            except BaseException:  # as when the time of the test is over: it would be waited for
+                running.kill()
+                raise
         return Played(running.returncode, "".join(lines))
 
     def collect(self, source: Path, name: str) -> str:

@@ -55,8 +55,8 @@ def settings(*more: str) -> list[str]:
     return [option for setting in (*BUSY, *more) for option in ("--set", setting)]
 
 
-_OBSERVER_S = 60.0
-"""A colony settles within this time, by far, unless the observer does not see all of it."""
+_OBSERVER_S = 20.0
+"""A colony settles within this time unless the observer does not see all of it; observing anew takes a second."""
 
 Kind = TypeVar("Kind", Token, StateReceived, EventReceived)
 

@@ -106,7 +106,7 @@ def _viewer(arguments: list[str], log: Path, is_shown: bool) -> Iterator[Headles
             except (RuntimeError, ConnectionError, OSError, ValueError):
                 return False
 
-        wait_until(is_ready, "the viewer shows a dashboard", 30.0)
+        wait_until(is_ready, "the viewer shows a dashboard")
         yield HeadlessViewer(client, process)
     finally:
         process.kill()

@@ -214,6 +214,8 @@ def test_nothing_was_lost(lab: Lab) -> None:
     for k in range(2):
         lab.stops(k, FIRMWARE_STOPS_S + MARGIN_S)
     lab.bridge.stop()
+    for board in lab.emulated:
+        board.switch_off()
     check_ledger(lab.made.stores)
 
 

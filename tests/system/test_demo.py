@@ -66,12 +66,12 @@ def test_ctrl_c_while_it_evolves_keeps_what_evolved(tmp_path: Path) -> None:
 def test_the_minutes_count_from_the_first_tick(tmp_path: Path) -> None:
     """Both parts together end by themselves; a launch counts likewise."""
     with colony(tmp_path) as made:
-        options = ("--seconds", "1", "--minutes", "0.4", "--out", str(tmp_path / "run"))
+        options = ("--seconds", "1", "--minutes", "0.25", "--out", str(tmp_path / "run"))
         demo = made.start("demo", *SMALL, *options)
         assert demo.wait(280.0) == 0, demo.output
     lived = re.search(r"lived on for (\d+) s", demo.output)
     assert lived is not None, demo.output
-    assert int(lived[1]) <= 24
+    assert int(lived[1]) <= 15
 
 
 @pytest.mark.skipif(shutil.which("make") is None, reason="there is no make")

@@ -51,9 +51,10 @@ def made(tmp_path: Path) -> Iterator[Deployment]:
 def test_a_lan_from_an_inventory_to_a_colony_and_back(made: Deployment) -> None:
     """The acts of the show, in order: each goes on where the one before has ended."""
     show, lan = Show(), made.lan
-    version = made.collect(ROOT, "wheelhouse")
-    show.say(f"four machines are on; the wheelhouse has {version}")
+    collected = ThreadPoolExecutor(1).submit(made.collect, ROOT, "wheelhouse")
     wrong_inventories_touch_nothing(made, show)
+    version = collected.result()
+    show.say(f"four machines are on; the wheelhouse has {version}")
     hosts_that_cannot_be_set_up_hold_nobody_else_up(made, show)
     the_playbook_makes_a_colony(made, show)
     the_second_run_changes_nothing(made, show)
@@ -158,8 +159,9 @@ def the_playbook_makes_a_colony(made: Deployment, show: Show) -> None:
     assert played.code == 0, played.output
     assert played.hosts["field"].changed == 0
     show.say("site.yml has set up all four")
-    assert set(made.robots()) == {made.id_of(name) for name in ROBOTS}
-    made.wait_for_matings(set(made.robots()), 2)
+    ids = {made.id_of(name) for name in ROBOTS}
+    assert set(made.robots()) == ids
+    made.wait_for_matings(ids, 2)
     wait_until(
         lambda: any(robot["generation"] > 0 for robot in made.robots().values()),
         "a generation is over",
@@ -338,7 +340,8 @@ def a_broken_version_is_rolled_back(
 
 def a_good_version_is_rolled_out(made: Deployment, show: Show, good: str) -> None:
     """Host by host; robots keep their identities and memories."""
-    before = {made.id_of(name): made.robots()[made.id_of(name)] for name in ("ada", "bob")}
+    robots = made.robots()
+    before = {made.id_of(name): robots[made.id_of(name)] for name in ("ada", "bob")}
     made.wheelhouse = "wheelhouse-good"
     made.write()
     played = made.play("upgrade", "--limit", "ada,bob")

@@ -12,10 +12,7 @@ import pytest
 from tests.support.process import Process, Robot, wait_until
 from tests.support.process_colony import Colony, colony, settings
 
-pytestmark = [
-    pytest.mark.skipif(sys.platform != "linux", reason="there are no such links here"),
-    pytest.mark.alone,
-]
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="there are no such links here")
 
 MEMORY = re.compile(r" (\d+) +/memfd:crcolony ")
 """An inode of shared memory, in a process's list of what it has mapped"""

@@ -19,8 +19,6 @@ from tests.support.process import wait_until
 from tests.support.process_colony import colony, settings
 from tests.support.rerun_viewer import headless_viewer
 
-pytestmark = pytest.mark.alone
-
 HZ = 30.0
 SECONDS = 4.0
 
@@ -85,6 +83,7 @@ def periods() -> Callable[[zenoh.Session, float], np.ndarray]:
     return measure
 
 
+@pytest.mark.alone
 def test_robots_keep_their_control_period_with_any_viewer(
     tmp_path: Path, periods: Callable[[zenoh.Session, float], np.ndarray]
 ) -> None:

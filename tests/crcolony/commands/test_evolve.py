@@ -148,6 +148,14 @@ def test_a_full_disk_ends_a_run_with_one_line_and_loses_nothing(tmp_path: Path) 
     [
         ("evolve --seeds 0", "--seeds 0: must be at least 1"),
         ("evolve --compare", "--compare needs --seeds"),
+        ("evolve --sweep life.agents=3,4", "--sweep needs --seeds"),
+        (
+            "evolve --seeds 2 --compare --sweep life.agents=3,4",
+            "--compare cannot be used with --sweep",
+        ),
+        ("evolve --seeds 2 --sweep life.agents", "--sweep 'life.agents': expected key=value,value"),
+        ("evolve --seeds 2 --sweep life.agent=3,4", "life.agent: there is no such setting"),
+        ("evolve --seeds 2 --sweep generations=0,3", "--generations 0 cannot be used with --seeds"),
         ("evolve --resume", "--resume needs --out"),
         ("evolve --resume --out x --seed 3", "--resume uses the config of the folder"),
         ("evolve --seeds 2 --minutes 3", "--minutes cannot be used with --seeds"),

@@ -32,6 +32,9 @@ def test_all_experiments_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
             "experiment learning-ability --resume --out new",
             "new: there is nothing to resume",
         ),
+        ("experiment learning-ability --executor dask", "--executor dask needs --scheduler"),
+        ("experiment learning-ability --scheduler x", "--scheduler is for --executor dask"),
+        ("experiment learning-ability --executor cloud", "invalid choice: 'cloud'"),
         ("experiment learning-ability --list", "--list is without a NAME"),
     ],
 )

@@ -39,3 +39,12 @@ def test_an_estimate_has_its_interval_where_there_is_one() -> None:
     """Three digits are enough."""
     measured = Measured(estimate=1.23456, low=1.0, high=2.0, statistic="", runs=3, verdict="not")
     assert estimate_text(measured) == "1.23 (1 to 2)"
+
+
+def test_in_a_terminal_lines_are_wrapped_and_stay_in_their_column() -> None:
+    """Nothing is lost by that."""
+    found = measure_claims(fake_experiment(), parse_registration(REGISTRATION), ROWS)
+    whole, wrapped = (list(format_claims(found, seeds=4, columns=width)) for width in (None, 40))
+    assert max(map(len, wrapped)) <= 40
+    assert all(line.startswith(" " * 4) for line in wrapped[1:])
+    assert "".join(wrapped).replace(" ", "") == "".join(whole).replace(" ", "")

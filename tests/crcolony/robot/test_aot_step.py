@@ -1,5 +1,6 @@
 """The step compiled ahead of time gives the same robots as the compiled step, bit for bit."""
 
+import ctypes
 import subprocess
 import sys
 
@@ -9,7 +10,7 @@ import pytest
 from crcolony.body import contract
 from crcolony.body.shared_pages import ACTION_AT, NOTHING, OBSERVATION_AT, ROW_AFTER, new_page
 from crcolony.compiled import is_switched_off
-from crcolony.robot.aot_step import load_step
+from crcolony.robot.aot_step import load_step, math_library
 from crcolony.robot.state import SLICE_OVER, Robots
 from crcolony.robot.step import step_robot
 from tests.support.small_robots import new_robots, random_observation
@@ -75,3 +76,11 @@ print("numba" in sys.modules)
         done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == "False"
+
+
+def test_the_functions_of_mathematics_are_found_without_a_tool_that_searches(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """In a container without ldconfig and compiler the C library has them all the same."""
+    monkeypatch.setattr("ctypes.util.find_library", lambda _: None)
+    assert ctypes.CDLL(math_library()).exp

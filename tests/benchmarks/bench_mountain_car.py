@@ -13,10 +13,11 @@ from typing import Protocol
 import numpy as np
 
 from crcolony.compiled import FloatArray
+from crcolony.experiments.worlds.mountain_car import ACTIONS, random_starts
 from crcolony.learning.features import TileCoding, uniform_offsets
 from crcolony.learning.sarsa_learner import SarsaLambda
 from tests.support.oracles.dense_sarsa_lambda import DenseSarsaLambda
-from tests.support.oracles.mountain_car import ACTIONS, drive_episodes, random_starts
+from tests.support.oracles.mountain_car import drive_episodes
 
 REPEATS = 5
 CODING = TileCoding(
@@ -33,7 +34,7 @@ class StepLearner(Protocol):
 
 
 def drive_in_python(position: float, velocity: float, action: int) -> tuple[float, float, bool]:
-    """The car of tests/oracles, as one would write it in Python."""
+    """The car of `worlds/mountain_car.py`, as one would write it in Python."""
     velocity += (action - 1) * 0.001 - cos(3.0 * position) * 0.0025
     if velocity > 0.07:
         velocity = 0.07

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from gymnasium.envs.classic_control.mountain_car import MountainCarEnv
 
 from crcolony.compiled import IntArray
+from crcolony.experiments.worlds.mountain_car import ACTIONS, random_starts
 from crcolony.learning.features import TileCoding, uniform_offsets
 from crcolony.learning.sarsa_learner import SarsaLambda
-from tests.support.oracles.mountain_car import ACTIONS, drive, drive_episodes, random_starts
+from tests.support.oracles.mountain_car import drive_episodes
 
 SEEDS, EPISODES = 30, 500
 
@@ -36,25 +36,3 @@ def test_the_first_episodes_take_as_long_as_known_results(steps: IntArray) -> No
 def test_the_last_episodes_are_nearly_optimal(steps: IntArray) -> None:
     """The last 50 of 500 episodes take 105 to 110 steps; dynamic programming reaches 97.7."""
     assert 105 < steps[:, -50:].mean() < 110
-
-
-def test_the_car_moves_like_that_of_gymnasium() -> None:
-    """With the same actions, both cars are in the same state in every step, up to the goal."""
-    reference = MountainCarEnv()
-    rng = np.random.default_rng(6)
-    goals = 0
-    for episode in range(20):
-        reference.reset(seed=episode)
-        state = np.array(reference.state, dtype=np.float64)
-        for _ in range(500):
-            # driving with the velocity, with some noise, reaches both walls and the goal
-            action = 2 if state[1] > 0.0 else 0
-            if rng.random() < 0.1:
-                action = int(rng.integers(3))
-            _, _, terminal, _, _ = reference.step(action)
-            assert drive(state, action) == terminal
-            assert state.tolist() == pytest.approx(list(reference.state), rel=0.0, abs=1e-12)
-            if terminal:
-                goals += 1
-                break
-    assert goals == 20

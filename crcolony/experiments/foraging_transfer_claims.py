@@ -1,0 +1,116 @@
+"""How the claims about foraging and its transfer are measured, from the rows of all runs."""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+
+from scipy import stats
+
+from crcolony.experiments.experiment import Measured, Row, pairs_of, values_of, verdict_of
+from crcolony.experiments.registration import Claim
+from crcolony.experiments.statistics import (
+    LEVEL,
+    effect_size,
+    equivalence,
+    mean_interval,
+    ratio_interval,
+)
+
+BOTH = "shaping and meta-parameters"
+META_ALONE = "meta-parameters alone"
+THIRDS = ("first", "second", "last")
+LAST = 10
+"""Generations at the end of a run over which genes are averaged."""
+_NEUTRAL = 0.5
+"""The mean of a neutral gene that begins even in 0 to 1, and stays in this range."""
+
+
+def _similar_curves(body: str, claim: Claim, rows: Sequence[Row]) -> Measured:
+    own, other = (values_of(rows, f"life_{one}", BOTH) for one in ("own", body))
+    p = {
+        third: _p_equal(rows, f"{third}_{body}", f"{third}_own", claim.threshold)
+        for third in THIRDS
+    }
+    p_life = _p_equal(rows, f"life_{body}", "life_own", claim.threshold)
+    p_differ = float(stats.ttest_rel(other, own).pvalue)
+    ratio = ratio_interval(other, own)
+    return Measured(
+        estimate=ratio.estimate,
+        low=ratio.low,
+        high=ratio.high,
+        statistic=f"{other.mean():.1f} against {own.mean():.1f} packs; equal within {claim.threshold:.0%}: largest p of"
+        f" three thirds, whole life p = {p_life:.2g}; different: two-sided paired t-test, p = {p_differ:.2g}",
+        p=max(p.values()),
+        effect="A12",
+        effect_size=effect_size(other, own),
+        runs=2 * own.size,
+        verdict=verdict_of(max(p.values()) < LEVEL, p_life < LEVEL),
+    )
+
+
+def _p_equal(rows: Sequence[Row], one: str, other: str, margin: float) -> float:
+    """Return the p of equivalence of two columns, within a share of the mean of the second."""
+    first, second = (values_of(rows, column, BOTH) for column in (one, other))
+    return equivalence(first, second, margin * max(float(second.mean()), 1e-12)).p
+
+
+def _captures_more(column: str, claim: Claim, rows: Sequence[Row]) -> Measured:
+    both, alone = pairs_of(rows, column, BOTH, META_ALONE)
+    ratio = ratio_interval(both, alone)
+    p = float(stats.ttest_rel(both, alone, alternative="greater").pvalue)
+    return Measured(
+        estimate=ratio.estimate,
+        low=ratio.low,
+        high=ratio.high,
+        statistic=f"{both.mean():.1f} against {alone.mean():.1f} packs; one-sided paired t-test, {both.size} pairs",
+        p=p,
+        effect="A12",
+        effect_size=effect_size(both, alone),
+        runs=2 * both.size,
+        verdict=verdict_of(ratio.estimate > claim.threshold and p < LEVEL),
+    )
+
+
+def _small_lambda(claim: Claim, rows: Sequence[Row]) -> Measured:
+    evolved = values_of(rows, "lambda_end", BOTH)
+    alone = values_of(rows, "lambda_end", META_ALONE)
+    mean = mean_interval(evolved)
+    p = float(stats.ttest_1samp(evolved, _NEUTRAL, alternative="less").pvalue)
+    return Measured(
+        estimate=mean.estimate,
+        low=mean.low,
+        high=mean.high,
+        statistic=f"{alone.mean():.2f} where meta-parameters evolve alone; one-sided t-test"
+        f" against {_NEUTRAL}, {evolved.size} runs",
+        p=p,
+        runs=evolved.size,
+        verdict=verdict_of(mean.estimate <= claim.threshold and p < LEVEL, p < LEVEL),
+    )
+
+
+def _greedy(claim: Claim, rows: Sequence[Row]) -> Measured:
+    founders = values_of(rows, "temperature_first", BOTH)
+    evolved = values_of(rows, "temperature_end", BOTH)
+    ratio = ratio_interval(evolved, founders)
+    p = float(stats.ttest_rel(evolved, founders, alternative="less").pvalue)
+    return Measured(
+        estimate=ratio.estimate,
+        low=ratio.low,
+        high=ratio.high,
+        statistic=f"{evolved.mean():.2g} against {founders.mean():.2g}; one-sided paired t-test, {evolved.size} runs",
+        p=p,
+        effect="A12",
+        effect_size=effect_size(evolved, founders),
+        runs=evolved.size,
+        verdict=verdict_of(ratio.estimate <= claim.threshold and p < LEVEL, p < LEVEL),
+    )
+
+
+MEASURES: Mapping[str, Callable[[Claim, Sequence[Row]], Measured]] = {
+    "similar-curves": partial(_similar_curves, "worn"),
+    "similar-curves-delayed": partial(_similar_curves, "delayed"),
+    "shaping-learns-more": partial(_captures_more, "life_own"),
+    "shaping-transfers": partial(_captures_more, "life_worn"),
+    "shaping-transfers-delayed": partial(_captures_more, "life_delayed"),
+    "greedy": _greedy,
+    "small-lambda": _small_lambda,
+}

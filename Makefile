@@ -35,17 +35,17 @@ dashboard: $(VENV)/viz.stamp
 demo-lan: $(VENV)/dev.stamp
 	@$(BIN)/python -m pytest -q -s --no-header tests/system/test_lan_deployment.py
 
-# What uses one core runs beside another, the longest first. Units compute while colonies wait for clocks and networks.
+# What uses one core runs beside another, the longest first. Colonies and robots keep time: nothing computes beside them.
 test: $(VENV)/dev.stamp
 	@$(MAKE) --no-print-directory -j2 $(SYNC) compiled coverage checks
-	@echo "units beside colonies of real processes, for ten minutes or so:"
-	@$(MAKE) --no-print-directory -j2 $(SYNC) units colonies
+	@$(MAKE) --no-print-directory units
 	@$(MAKE) --no-print-directory robots
+	@$(MAKE) --no-print-directory colonies
 	@echo "colonies that keep time, or whose processes are killed at random:"
 	@$(BIN)/python -m pytest -q -m alone $(REAL) $(DURATIONS) tests/system
 
 units: $(VENV)/dev.stamp
-	@nice -n 5 $(BIN)/python -m pytest -q -n 2 --dist loadfile $(REAL) $(DURATIONS) --ignore=tests/system --ignore=tests/robot_firmware_bridge
+	@$(BIN)/python -m pytest -q -n 3 --dist loadfile $(REAL) $(DURATIONS) --ignore=tests/system --ignore=tests/robot_firmware_bridge
 
 colonies: $(VENV)/dev.stamp
 	@echo "colonies of real processes, in network namespaces where this machine allows them:"

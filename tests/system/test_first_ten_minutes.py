@@ -67,7 +67,9 @@ def matings_on(screen: str) -> int:
 @pytest.mark.timeout(900)
 def test_the_way_of_a_user_is_walked_as_readme_says(person: Person) -> None:
     """From a run in one process to its robots as processes, with the dashboard, and to what is left of both."""
-    evolve, launch, inspect, plot, replay, export, config = commands_of_readme("The way of a user")
+    evolve, launch, inspect, plot, replay, experiment, export, config = commands_of_readme(
+        "The way of a user"
+    )
     evolved = person.type_and_wait(evolve)
     assert f"{GENERATIONS} of {GENERATIONS}" in evolved
     assert "history hash" in evolved
@@ -86,6 +88,8 @@ def test_the_way_of_a_user_is_walked_as_readme_says(person: Person) -> None:
     assert list((person.folder / "runs/mine/plots").glob("*.pdf"))
     person.type_and_wait(replay)
     assert (person.folder / "runs/mine/replay.rrd").is_file()
+    assert "better-start" in person.type_and_wait(experiment)
+    assert list((person.folder / "runs").rglob("rows.parquet"))
     person.type_and_wait(export)
     assert list((person.folder / "runs/mine").rglob("*.parquet"))
     person.type_and_wait(config)

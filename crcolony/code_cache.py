@@ -80,6 +80,23 @@ def guard(function: Any, folder: Path) -> None:
     cache.load_overload, cache.save_overload = load_undamaged, save_alone
 
 
+def share_between_installations(function: Any, folder: Path) -> None:
+    """Let all installations of the same sources use the same code, so that an upgrade of others compiles nothing.
+
+    By itself numba keeps code apart by the place and the time of its source file. `folder` has a digest of all sources
+    in its name.
+    """
+    from numba.core.caching import IndexDataCacheFile
+
+    cache, module = function._cache, function.py_func.__module__
+    own = folder / module.removeprefix("crcolony.")
+    with contextlib.suppress(OSError):  # then nothing is found there, and nothing kept
+        own.mkdir(exist_ok=True)
+    cache._cache_path = str(own)
+    files: Any = IndexDataCacheFile
+    cache._cache_file = files(str(own), cache._impl.filename_base, folder.name)
+
+
 def _why_unwritable(folder: Path) -> str:
     """Return why nothing can be kept in a folder, which is made if it is missing; "" if it can."""
     try:

@@ -26,7 +26,7 @@ from typing import Any, Generic, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from crcolony.code_cache import find_folder, guard
+from crcolony.code_cache import find_folder, guard, share_between_installations
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -51,6 +51,14 @@ COMPILED_SOURCES = (
     "compiled.py",
 )
 """The files, and folders of files, of which compiled code is made."""
+
+
+def is_compiled_source(module: str) -> bool:
+    """Return whether a module, by its full name, is one of these."""
+    path = module.removeprefix("crcolony.").replace(".", "/")
+    return module.startswith("crcolony.") and any(
+        path == name.removesuffix(".py") or path.startswith(f"{name}/") for name in COMPILED_SOURCES
+    )
 
 
 def source_digest(package: Path) -> str:
@@ -118,6 +126,8 @@ class Compiled(Generic[Parameters, Result]):
         jitted: Any = numba.njit(cache=folder is not None, **options)(self.py_func)
         if folder is not None:
             guard(jitted, folder)
+            if is_compiled_source(self.py_func.__module__):
+                share_between_installations(jitted, folder)
         compiled_function: Callable[Parameters, Result] = jitted
         return compiled_function
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from crcolony import code_cache
-from crcolony.code_cache import find_folder, guard, usual_root
+from crcolony.code_cache import find_folder, guard, share_between_installations, usual_root
 
 MADE_BY_A_FILE = "file/is/no/folder"
 
@@ -218,3 +218,26 @@ def test_processes_that_compile_at_once_share_one_cache(tmp_path: Path) -> None:
         os.truncate(path, path.stat().st_size // 2)
     assert ended(start(0)) == 0
     assert ended(start(0)) == 3
+
+
+def test_another_installation_of_the_same_sources_compiles_nothing(tmp_path: Path) -> None:
+    """Real ones, of numba, whose files are in other places and of other times; other sources find nothing."""
+    import numba
+
+    def installed(place: str, folder: Path) -> Any:
+        path = tmp_path / place / "sample.py"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("def double(x):\n    return 2 * x\n")
+        os.utime(path, (len(place), len(place)))
+        names: dict[str, Any] = {"__name__": "crcolony.learning.sample"}
+        exec(compile(path.read_text(), str(path), "exec"), names)
+        function = numba.njit(cache=True)(names["double"])
+        folder.mkdir(exist_ok=True)
+        share_between_installations(function, folder)
+        assert function(3) == 6
+        return function.stats
+
+    same, other = tmp_path / "digest", tmp_path / "other-digest"
+    assert not installed("first", same).cache_hits
+    assert sum(installed("another", same).cache_hits.values()) == 1
+    assert not installed("another", other).cache_hits

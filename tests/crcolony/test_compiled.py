@@ -21,6 +21,7 @@ from crcolony.compiled import (
     cache_folder,
     compiled,
     direct,
+    is_compiled_source,
     is_first_start,
     is_switched_off,
     machine_digest,
@@ -250,3 +251,22 @@ def test_an_index_is_the_number_itself() -> None:
     elements = np.arange(5.0)
     for number in (0, 3, 4.0, np.int64(2)):
         assert elements[as_index(number)] == number
+
+
+@pytest.mark.parametrize(
+    ("module", "expected"),
+    [
+        ("crcolony.learning.traces", True),
+        ("crcolony.in_process.colony", True),
+        ("crcolony.randomness", True),
+        ("crcolony.in_process.run", False),
+        ("crcolony.experiments.taxi", False),
+        ("tests.benchmarks.bench_colony", False),
+        ("learning.traces", False),
+    ],
+)
+def test_sources_of_compiled_code_are_told_by_the_name_of_their_module(
+    module: str, expected: bool
+) -> None:
+    """Only of these the digest is in the name of the cache's folder."""
+    assert is_compiled_source(module) == expected

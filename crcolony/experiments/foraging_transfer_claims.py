@@ -6,6 +6,7 @@ from functools import partial
 from scipy import stats
 
 from crcolony.experiments.experiment import Measured, Row, pairs_of, values_of, verdict_of
+from crcolony.experiments.measured_pairs import measured_pairs
 from crcolony.experiments.registration import Claim
 from crcolony.experiments.statistics import (
     LEVEL,
@@ -33,16 +34,13 @@ def _similar_curves(body: str, claim: Claim, rows: Sequence[Row]) -> Measured:
     p_life = _p_equal(rows, f"life_{body}", "life_own", claim.threshold)
     p_differ = float(stats.ttest_rel(other, own).pvalue)
     ratio = ratio_interval(other, own)
-    return Measured(
-        estimate=ratio.estimate,
-        low=ratio.low,
-        high=ratio.high,
+    return measured_pairs(
+        ratio,
+        other,
+        own,
         statistic=f"{other.mean():.1f} against {own.mean():.1f} packs; equal within {claim.threshold:.0%}: largest p of"
         f" three thirds, whole life p = {p_life:.2g}; different: two-sided paired t-test, p = {p_differ:.2g}",
         p=max(p.values()),
-        effect="A12",
-        effect_size=effect_size(other, own),
-        runs=2 * own.size,
         verdict=verdict_of(max(p.values()) < LEVEL, p_life < LEVEL),
     )
 
@@ -57,15 +55,12 @@ def _captures_more(column: str, claim: Claim, rows: Sequence[Row]) -> Measured:
     both, alone = pairs_of(rows, column, BOTH, META_ALONE)
     ratio = ratio_interval(both, alone)
     p = float(stats.ttest_rel(both, alone, alternative="greater").pvalue)
-    return Measured(
-        estimate=ratio.estimate,
-        low=ratio.low,
-        high=ratio.high,
+    return measured_pairs(
+        ratio,
+        both,
+        alone,
         statistic=f"{both.mean():.1f} against {alone.mean():.1f} packs; one-sided paired t-test, {both.size} pairs",
         p=p,
-        effect="A12",
-        effect_size=effect_size(both, alone),
-        runs=2 * both.size,
         verdict=verdict_of(ratio.estimate > claim.threshold and p < LEVEL),
     )
 

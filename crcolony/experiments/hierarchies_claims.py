@@ -15,6 +15,7 @@ from crcolony.experiments.experiment import (
     values_of,
     verdict_of,
 )
+from crcolony.experiments.measured_pairs import measured_pairs
 from crcolony.experiments.registration import Claim
 from crcolony.experiments.statistics import (
     LEVEL,
@@ -130,16 +131,13 @@ def _ahead(cell: Sequence[str], claim: Claim, rows: Sequence[Row]) -> Measured:
     lamarckian, darwinian = _inheritances(rows, "fitness_end", *cell)
     ratio = ratio_interval(lamarckian, darwinian)
     p = _p_of_pairs(lamarckian, darwinian, "greater")
-    return Measured(
-        estimate=ratio.estimate,
-        low=ratio.low,
-        high=ratio.high,
+    return measured_pairs(
+        ratio,
+        lamarckian,
+        darwinian,
         statistic=f"{lamarckian.mean():.1f} of {darwinian.mean():.1f} packs;"
         f" one-sided paired t-test, {lamarckian.size} pairs",
         p=p,
-        effect="A12",
-        effect_size=effect_size(lamarckian, darwinian),
-        runs=2 * lamarckian.size,
         verdict=verdict_of(ratio.estimate > claim.threshold and p < LEVEL, p < LEVEL),
     )
 
@@ -148,16 +146,13 @@ def _not_ahead(cell: Sequence[str], claim: Claim, rows: Sequence[Row]) -> Measur
     lamarckian, darwinian = _inheritances(rows, "fitness_end", *cell)
     ratio = ratio_interval(lamarckian, darwinian)
     found = equivalence(lamarckian, darwinian, _margin(claim.threshold, darwinian))
-    return Measured(
-        estimate=ratio.estimate,
-        low=ratio.low,
-        high=ratio.high,
+    return measured_pairs(
+        ratio,
+        lamarckian,
+        darwinian,
         statistic=f"{lamarckian.mean():.1f} of {darwinian.mean():.1f} packs; not ahead by"
         f" {claim.threshold:.0%}: one-sided paired t-test, {lamarckian.size} pairs",
         p=found.p_superior,
-        effect="A12",
-        effect_size=effect_size(lamarckian, darwinian),
-        runs=2 * lamarckian.size,
         verdict=verdict_of(found.p_superior < LEVEL),
     )
 
@@ -186,16 +181,13 @@ def _loses(claim: Claim, rows: Sequence[Row]) -> Measured:
     lamarckian, darwinian = _inheritances(rows, "fitness_late", CHANGES[0], SENSES[0])
     ratio = ratio_interval(lamarckian, darwinian)
     p = _p_of_pairs(lamarckian, darwinian, "less")
-    return Measured(
-        estimate=ratio.estimate,
-        low=ratio.low,
-        high=ratio.high,
+    return measured_pairs(
+        ratio,
+        lamarckian,
+        darwinian,
         statistic=f"{lamarckian.mean():.1f} of {darwinian.mean():.1f} packs;"
         f" one-sided paired t-test, {lamarckian.size} pairs",
         p=p,
-        effect="A12",
-        effect_size=effect_size(lamarckian, darwinian),
-        runs=2 * lamarckian.size,
         verdict=verdict_of(ratio.estimate < claim.threshold and p < LEVEL),
     )
 
@@ -204,16 +196,13 @@ def _does_not_lose(change: str, sense: str, claim: Claim, rows: Sequence[Row]) -
     lamarckian, darwinian = _inheritances(rows, "fitness_late", change, sense)
     ratio = ratio_interval(lamarckian, darwinian)
     found = equivalence(lamarckian, darwinian, _margin(claim.threshold, darwinian))
-    return Measured(
-        estimate=ratio.estimate,
-        low=ratio.low,
-        high=ratio.high,
+    return measured_pairs(
+        ratio,
+        lamarckian,
+        darwinian,
         statistic=f"{lamarckian.mean():.1f} of {darwinian.mean():.1f} packs; not behind by"
         f" {claim.threshold:.0%}: one-sided paired t-test, {lamarckian.size} pairs",
         p=found.p_inferior,
-        effect="A12",
-        effect_size=effect_size(lamarckian, darwinian),
-        runs=2 * lamarckian.size,
         verdict=verdict_of(found.p_inferior < LEVEL, ratio.estimate >= 1.0),
     )
 

@@ -26,6 +26,7 @@ from crcolony.experiments.experiment import (
     values_of,
     verdict_of,
 )
+from crcolony.experiments.measured_pairs import measured_pairs
 from crcolony.experiments.registration import Claim
 from crcolony.experiments.statistics import (
     LEVEL,
@@ -108,16 +109,13 @@ def _parity(claim: Claim, rows: Sequence[Row]) -> Measured:
     own, central = pairs_of(rows, "energy_weighted_matings_end", IMPLICIT, CENTRAL)
     found = equivalence(own, central, MARGIN * max(float(central.mean()), 1e-12))
     ratio = ratio_interval(own, central)
-    return Measured(
-        estimate=ratio.estimate,
-        low=ratio.low,
-        high=ratio.high,
+    return measured_pairs(
+        ratio,
+        own,
+        central,
         statistic=f"not worse by {MARGIN:.0%}: paired t-test, {own.size} pairs; equal within {MARGIN:.0%}:"
         f" p = {found.p:.2g}",
         p=found.p_inferior,
-        effect="A12",
-        effect_size=effect_size(own, central),
-        runs=2 * own.size,
         verdict=verdict_of(found.p_inferior < LEVEL, ratio.estimate >= claim.threshold),
     )
 
@@ -126,15 +124,12 @@ def _better_start(claim: Claim, rows: Sequence[Row]) -> Measured:
     own, central = pairs_of(rows, "matings_early", IMPLICIT, CENTRAL)
     ratio = ratio_interval(own, central)
     p = float(stats.ttest_rel(own, central, alternative="greater").pvalue)
-    return Measured(
-        estimate=ratio.estimate,
-        low=ratio.low,
-        high=ratio.high,
+    return measured_pairs(
+        ratio,
+        own,
+        central,
         statistic=f"one-sided paired t-test, {own.size} pairs",
         p=p,
-        effect="A12",
-        effect_size=effect_size(own, central),
-        runs=2 * own.size,
         verdict=verdict_of(ratio.estimate > claim.threshold and p < LEVEL),
     )
 

@@ -22,8 +22,9 @@ from crcolony.experiments.experiment import (
     pairs_of,
     verdict_of,
 )
+from crcolony.experiments.measured_pairs import measured_pairs
 from crcolony.experiments.registration import Claim
-from crcolony.experiments.statistics import LEVEL, effect_size, ratio_interval
+from crcolony.experiments.statistics import LEVEL, ratio_interval
 from crcolony.experiments.worlds.mating_pair import (
     FACE,
     HIGH,
@@ -175,15 +176,12 @@ def _more(column: str, one: str, other: str, claim: Claim, rows: Sequence[Row]) 
     own, others = pairs_of(rows, column, one, other)
     ratio = ratio_interval(own, others)
     p = float(stats.wilcoxon(own, others, alternative="greater").pvalue)
-    return Measured(
-        estimate=ratio.estimate,
-        low=ratio.low,
-        high=ratio.high,
+    return measured_pairs(
+        ratio,
+        own,
+        others,
         statistic=f"{own.mean():.1f} against {others.mean():.1f}; one-sided Wilcoxon, {own.size} pairs",
         p=p,
-        effect="A12",
-        effect_size=effect_size(own, others),
-        runs=2 * own.size,
         verdict=verdict_of(p < LEVEL and ratio.estimate > claim.threshold, p < LEVEL),
     )
 
@@ -191,14 +189,11 @@ def _more(column: str, one: str, other: str, claim: Claim, rows: Sequence[Row]) 
 def _no_behaviour(claim: Claim, rows: Sequence[Row]) -> Measured:
     own, random = pairs_of(rows, "matings_last", PLAIN, RANDOM)
     ratio = ratio_interval(own, random)
-    return Measured(
-        estimate=ratio.estimate,
-        low=ratio.low,
-        high=ratio.high,
+    return measured_pairs(
+        ratio,
+        own,
+        random,
         statistic=f"{own.mean():.1f} against {random.mean():.1f}; bootstrap over pairs",
-        effect="A12",
-        effect_size=effect_size(own, random),
-        runs=2 * own.size,
         verdict=verdict_of(ratio.high < claim.threshold, ratio.estimate < claim.threshold),
     )
 

@@ -7,6 +7,7 @@ import numpy as np
 from scipy import stats
 
 from crcolony.experiments.experiment import Measured, Row, pairs_of, values_of, verdict_of
+from crcolony.experiments.measured_pairs import measured_pairs
 from crcolony.experiments.registration import Claim
 from crcolony.experiments.statistics import LEVEL, effect_size, mean_interval, ratio_interval
 
@@ -23,15 +24,12 @@ def _times_better(column: str, claim: Claim, rows: Sequence[Row]) -> Measured:
     """Measure how often smaller a column is with evolved shaping than with the textbook's settings."""
     textbook, evolved = pairs_of(rows, column, TEXTBOOK, BOTH)
     ratio = ratio_interval(textbook, evolved)
-    return Measured(
-        estimate=ratio.estimate,
-        low=ratio.low,
-        high=ratio.high,
+    return measured_pairs(
+        ratio,
+        textbook,
+        evolved,
         statistic=f"{textbook.mean():.1f} against {evolved.mean():.1f}, median of runs {np.median(evolved):.1f};"
         f" bootstrap over {evolved.size} runs",
-        effect="A12",
-        effect_size=effect_size(textbook, evolved),
-        runs=2 * evolved.size,
         verdict=verdict_of(ratio.low > claim.threshold, ratio.estimate > claim.threshold),
     )
 
@@ -71,16 +69,13 @@ def _times_better_than_alone(column: str, claim: Claim, rows: Sequence[Row]) -> 
     alone, both = pairs_of(rows, column, META_ALONE, BOTH)
     ratio, gains = ratio_interval(alone, both), np.log(alone / both)
     p = _p_less(-gains, -np.log(claim.threshold))
-    return Measured(
-        estimate=ratio.estimate,
-        low=ratio.low,
-        high=ratio.high,
+    return measured_pairs(
+        ratio,
+        alone,
+        both,
         statistic=f"{alone.mean():.1f} against {both.mean():.1f}; "
         f" one-sided paired t-test of logarithms, {both.size} pairs",
         p=p,
-        effect="A12",
-        effect_size=effect_size(alone, both),
-        runs=2 * both.size,
         verdict=verdict_of(
             ratio.estimate > claim.threshold and p < LEVEL, _p_less(-gains, 0.0) < LEVEL
         ),
@@ -123,15 +118,12 @@ def _small_lambda(claim: Claim, rows: Sequence[Row]) -> Measured:
 def _less_lambda(claim: Claim, rows: Sequence[Row]) -> Measured:
     both, alone = pairs_of(rows, "lambda_end", BOTH, META_ALONE)
     mean, p = mean_interval(both - alone), _p_less(both - alone, claim.threshold)
-    return Measured(
-        estimate=mean.estimate,
-        low=mean.low,
-        high=mean.high,
+    return measured_pairs(
+        mean,
+        both,
+        alone,
         statistic=f"{both.mean():.2f} against {alone.mean():.2f}; one-sided paired t-test, {both.size} pairs",
         p=p,
-        effect="A12",
-        effect_size=effect_size(both, alone),
-        runs=2 * both.size,
         verdict=verdict_of(p < LEVEL),
     )
 

@@ -26,9 +26,10 @@ from crcolony.experiments.experiment import (
     values_of,
     verdict_of,
 )
+from crcolony.experiments.measured_pairs import measured_pairs
 from crcolony.experiments.phototaxis import HAND_DESIGNED, ROBOTS, random_weights, simulate
 from crcolony.experiments.registration import Claim
-from crcolony.experiments.statistics import LEVEL, effect_size, mean_interval, ratio_interval
+from crcolony.experiments.statistics import LEVEL, mean_interval, ratio_interval
 from crcolony.results.generation_table import LAST_GENERATIONS
 from crcolony.robot.settings import Selection
 from crcolony.robot.weight_rows import forget
@@ -114,15 +115,12 @@ def _ahead(one: str, other: str, column: str, claim: Claim, rows: Sequence[Row])
     own, others = pairs_of(rows, column, one, other)
     ratio = ratio_interval(own, others)
     p = float(stats.ttest_rel(own, others, alternative="greater").pvalue)
-    return Measured(
-        estimate=ratio.estimate,
-        low=ratio.low,
-        high=ratio.high,
+    return measured_pairs(
+        ratio,
+        own,
+        others,
         statistic=f"{own.mean():.3g} over {others.mean():.3g}; one-sided paired t-test, {own.size} pairs",
         p=p,
-        effect="A12",
-        effect_size=effect_size(own, others),
-        runs=2 * own.size,
         verdict=verdict_of(ratio.estimate > claim.threshold and p < LEVEL),
     )
 
@@ -131,15 +129,12 @@ def _fed_better(claim: Claim, rows: Sequence[Row]) -> Measured:
     own, others = pairs_of(rows, "starved_end", "implicit", "medea")
     difference = mean_interval(own - others)
     p = float(stats.ttest_rel(own, others, alternative="less").pvalue)
-    return Measured(
-        estimate=difference.estimate,
-        low=difference.low,
-        high=difference.high,
+    return measured_pairs(
+        difference,
+        own,
+        others,
         statistic=f"{own.mean():.3g} less {others.mean():.3g}; one-sided paired t-test, {own.size} pairs",
         p=p,
-        effect="A12",
-        effect_size=effect_size(own, others),
-        runs=2 * own.size,
         verdict=verdict_of(difference.estimate < claim.threshold and p < LEVEL),
     )
 

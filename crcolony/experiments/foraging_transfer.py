@@ -16,7 +16,7 @@ from crcolony.evolution.genetic_algorithm import next_generation
 from crcolony.evolution.genotype import Schema
 from crcolony.evolution.selection import tournament
 from crcolony.evolution.variation import gaussian_mutation, one_point_crossover
-from crcolony.experiments.experiment import CONDITION, Column, Experiment, Job, Plan, Row, Value
+from crcolony.experiments.experiment import Column, Experiment, Job, Plan, Row, Value
 from crcolony.experiments.foraging_lives import (
     BODIES,
     LIFE_STEPS,
@@ -33,6 +33,7 @@ from crcolony.experiments.foraging_transfer_claims import (
     META_ALONE,
     THIRDS,
 )
+from crcolony.experiments.quartile_curve import draw_quartiles, quartiles_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -185,26 +186,12 @@ def draw(rows: Sequence[Row]) -> "Figure":
         ),
     ):
         for (label, condition, along, column), line in zip(shown, LINES, strict=False):
-            points, low, middle, high = _quartiles(rows, condition, along, column)
-            axes.plot(points, middle, **line, label=label)
-            axes.fill_between(points, low, high, color=line["color"], alpha=0.2)
+            draw_quartiles(axes, *quartiles_of(rows, condition, along, column), label, line)
         axes.legend()
     curves.set(xlabel=f"part of a life ({WINDOW_STEPS} steps)", ylabel="packs", ylim=(0.0, None))
     evolution.set(xlabel="generation", ylabel="packs of a life", ylim=(0.0, None))
     genes.set(xlabel="generation", ylabel="gene", ylim=(0.0, 1.0))
     return figure
-
-
-def _quartiles(
-    rows: Sequence[Row], condition: str, along: str, column: str
-) -> tuple[FloatArray, ...]:
-    at: dict[float, list[float]] = {}
-    for row in rows:
-        if row[CONDITION] == condition and along in row:
-            at.setdefault(float(row[along]), []).append(float(row[column]))
-    points = sorted(at)
-    quartiles = np.array([np.quantile(at[x], (0.25, 0.5, 0.75)) for x in points])
-    return np.array(points), *quartiles.T
 
 
 EXPERIMENT = Experiment("foraging-transfer", COLUMNS, plan_jobs, MEASURES, draw)

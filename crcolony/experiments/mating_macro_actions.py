@@ -12,7 +12,6 @@ import numpy as np
 
 from crcolony.compiled import FloatArray
 from crcolony.experiments.experiment import (
-    CONDITION,
     Column,
     Experiment,
     Job,
@@ -23,6 +22,7 @@ from crcolony.experiments.experiment import (
     verdict_of,
 )
 from crcolony.experiments.measured_pairs import measured_pairs
+from crcolony.experiments.quartile_curve import draw_quartiles, quartiles_of
 from crcolony.experiments.registration import Claim
 from crcolony.experiments.statistics import LEVEL, ratio_interval
 from crcolony.experiments.worlds.mating_pair import (
@@ -205,15 +205,8 @@ def draw(rows: Sequence[Row]) -> "Figure":
     figure = new_figure(0.6 * PAGE_IN, 2.6)
     panel = figure.subplots()
     for line, condition in zip(LINES, (PLAIN, MACRO, SARSA, RANDOM), strict=False):
-        points: dict[float, list[float]] = {}
-        for row in rows:
-            if row[CONDITION] == condition and "steps" in row:
-                points.setdefault(float(row["steps"]), []).append(float(row["matings"]))
-        steps = np.array(sorted(points))
-        quartiles = np.array([np.quantile(points[at], (0.25, 0.5, 0.75)) for at in steps])
-        low, middle, high = quartiles.reshape(-1, 3).T
-        panel.plot(steps / 1000.0, middle, **line, label=condition)
-        panel.fill_between(steps / 1000.0, low, high, color=line["color"], alpha=0.2)
+        steps, matings = quartiles_of(rows, condition, "steps", "matings")
+        draw_quartiles(panel, steps / 1000.0, matings, condition, line)
     panel.set(xlabel="thousand steps", ylabel="matings in a thousand steps")
     panel.set_ylim(0.0, 1.5 * panel.get_ylim()[1])  # room for the legend
     panel.legend()

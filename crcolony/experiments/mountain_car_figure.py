@@ -8,6 +8,7 @@ import numpy as np
 from crcolony.compiled import FloatArray
 from crcolony.experiments.experiment import CONDITION, SEED, Row
 from crcolony.experiments.mountain_car_claims import BOTH, META_ALONE, TEXTBOOK
+from crcolony.experiments.quartile_curve import draw_quartiles, quartiles_of
 from crcolony.experiments.worlds.mountain_car_genes import CENTRES, HIGH, LOW, WEIGHTS
 from crcolony.learning.features import NormalizedRBF
 
@@ -35,7 +36,7 @@ def draw(rows: Sequence[Row]) -> "Figure":
         LINES,
         strict=False,
     ):
-        _band(curves, rows, condition, "episode", column, label, line)
+        draw_quartiles(curves, *quartiles_of(rows, condition, "episode", column), label, line)
     curves.set(xlabel="episode", ylabel="steps", xscale="log", yscale="log", ylim=(80.0, 6_000.0))
     curves.legend(loc="upper right")
     for (label, column, scale), line in zip(
@@ -43,31 +44,12 @@ def draw(rows: Sequence[Row]) -> "Figure":
         LINES,
         strict=False,
     ):
-        _band(genes, rows, BOTH, "generation", column, label, line, scale)
+        generations, quartiles = quartiles_of(rows, BOTH, "generation", column)
+        draw_quartiles(genes, generations, quartiles / scale, label, line)
     genes.set(xlabel="generation", ylabel="gene over its highest value", ylim=(0.0, 1.0))
     genes.legend()
     _draw_potential(picture, rows)
     return figure
-
-
-def _band(
-    axes: "Axes",
-    rows: Sequence[Row],
-    condition: str,
-    along: str,
-    column: str,
-    label: str,
-    line: dict[str, object],
-    scale: float = 1.0,
-) -> None:
-    at: dict[float, list[float]] = {}
-    for row in rows:
-        if row[CONDITION] == condition and along in row and column in row:
-            at.setdefault(float(row[along]), []).append(float(row[column]) / scale)
-    points = sorted(at)
-    low, middle, high = np.array([np.quantile(at[x], (0.25, 0.5, 0.75)) for x in points]).T
-    axes.plot(points, middle, label=label, **line)  # type: ignore[arg-type]
-    axes.fill_between(points, low, high, color=str(line["color"]), alpha=0.2)
 
 
 def _draw_potential(axes: "Axes", rows: Sequence[Row]) -> None:

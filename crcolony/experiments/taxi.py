@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from crcolony.compiled import FloatArray
-from crcolony.experiments.experiment import CONDITION, Column, Experiment, Job, Plan, Row
+from crcolony.experiments.experiment import Column, Experiment, Job, Plan, Row
+from crcolony.experiments.quartile_curve import draw_quartiles, quartiles_of
 from crcolony.experiments.taxi_claims import (
     CONVENTIONS,
     EXAMPLE,
@@ -185,9 +186,9 @@ def draw(rows: Sequence[Row]) -> "Figure":
     panels = figure.subplots(1, 2, sharey=True)
     for panel, convention in zip(panels, CONVENTIONS, strict=True):
         for line, (learner, label) in zip(LINES, LEARNERS.items(), strict=False):
-            steps, low, middle, high = _curve(rows, condition_of(learner, convention))
-            panel.plot(steps / 1000.0, middle, **line, label=label)
-            panel.fill_between(steps / 1000.0, low, high, color=line["color"], alpha=0.2)
+            condition = condition_of(learner, convention)
+            steps, returns = quartiles_of(rows, condition, "steps", "mean_return")
+            draw_quartiles(panel, steps / 1000.0, returns, label, line)
         best = optimal_values(RewardConvention(convention))[start_states()]
         panel.axhline(best.mean(), color="0.5", linewidth=0.8, linestyle=":")
         title = f"20 {convention} {_PREPOSITIONS[convention]} the cost of the last step"
@@ -195,17 +196,6 @@ def draw(rows: Sequence[Row]) -> "Figure":
     panels[0].set_ylabel("return of an episode")
     panels[0].legend()
     return figure
-
-
-def _curve(rows: Sequence[Row], condition: str) -> tuple[FloatArray, ...]:
-    """Return steps, and the quartiles over seeds of the mean return at them."""
-    at_steps: dict[float, list[float]] = {}
-    for row in rows:
-        if row[CONDITION] == condition and "mean_return" in row:
-            at_steps.setdefault(float(row["steps"]), []).append(float(row["mean_return"]))
-    steps = sorted(at_steps)
-    quartiles = [np.quantile(at_steps[at], (0.25, 0.5, 0.75)) for at in steps]
-    return np.array(steps), *np.array(quartiles).reshape(-1, 3).T
 
 
 EXPERIMENT = Experiment("taxi", COLUMNS, plan_jobs, MEASURES, draw)

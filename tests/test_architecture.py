@@ -51,7 +51,8 @@ TESTED_ELSEWHERE: dict[str, str] = {
     "crcolony/storage/backup_manifest.py": "crcolony/storage/test_restore.py: lists that are damaged, or forged",
     # A test itself, run against the simulated body.
     "crcolony/body/contract_test.py": "crcolony/world/test_body_contract.py: it is a test, run there",
-    "crcolony/experiments/worker_pool.py": "crcolony/experiments/test_process_pool.py: values without logic",
+    "crcolony/experiments/pools/finished_jobs.py": "crcolony/experiments/colonies/test_sweep.py: with colonies",
+    "crcolony/experiments/pools/worker_pool.py": "crcolony/experiments/pools/test_process_pool.py: values alone",
     # The parts of a simulated colony, which must break each promise when they are told to.
     **dict.fromkeys(
         (

@@ -1,8 +1,8 @@
 """`docs/claims.md` is what the published data give, and the data are those of the claims as they are registered."""
 
-from crcolony.experiments.catalogue import summaries
-from crcolony.experiments.claims_table import format_table, read_table
-from crcolony.experiments.experiment_folder import ExperimentFolder
+from crcolony.experiments.framework.catalogue import summaries
+from crcolony.experiments.framework.claims_table import format_table, read_table
+from crcolony.experiments.framework.experiment_folder import ExperimentFolder
 from tests.support.paths import ROOT
 
 DATA = sorted(path for path in (ROOT / "docs" / "data").iterdir() if path.is_dir())

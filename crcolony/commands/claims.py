@@ -28,7 +28,7 @@ def add_claims(parser: argparse.ArgumentParser) -> None:
 
 def _claims(options: argparse.Namespace) -> int:
     from crcolony.durable_files import replace_file
-    from crcolony.experiments.claims_table import format_table, read_table
+    from crcolony.experiments.framework.claims_table import format_table, read_table
 
     text = "\n".join(format_table(read_table(options.folders))) + "\n"
     if options.out is None:

@@ -125,8 +125,8 @@ def _resume(options: argparse.Namespace) -> int:
 
 
 def _evolve_seeds(options: argparse.Namespace) -> int:
-    from crcolony.experiments.paper3_survival import conditions_of, run_survival
-    from crcolony.experiments.setting_sweep import sweep_conditions
+    from crcolony.experiments.colonies.paper3_survival import conditions_of, run_survival
+    from crcolony.experiments.framework.setting_sweep import sweep_conditions
 
     if options.seeds < 1:
         raise UsageError(f"--seeds {options.seeds}: must be at least 1")

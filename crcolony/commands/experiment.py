@@ -9,7 +9,7 @@ from crcolony.commands.options import UsageError, add_examples, print_if_compili
 from crcolony.errors import EXIT_OK
 
 if TYPE_CHECKING:
-    from crcolony.experiments.worker_pool import OpenPool
+    from crcolony.experiments.pools.worker_pool import OpenPool
 
 _MOST_SEEDS = 100_000
 _HIGHEST_SEED = 2**62
@@ -66,7 +66,7 @@ def add_experiment(parser: argparse.ArgumentParser) -> None:
 
 def _complete_name(**_: object) -> list[str]:
     """Return the names of experiments (called by argcomplete)."""
-    from crcolony.experiments.registration import registered_names
+    from crcolony.experiments.framework.registration import registered_names
 
     return registered_names()
 
@@ -74,9 +74,9 @@ def _complete_name(**_: object) -> list[str]:
 def _experiment(options: argparse.Namespace) -> int:
     if options.list or options.name is None:
         return _list(options)
-    from crcolony.experiments.catalogue import find_experiment
-    from crcolony.experiments.registration import registration_text
-    from crcolony.experiments.run_experiment import Request, run_experiment
+    from crcolony.experiments.framework.catalogue import find_experiment
+    from crcolony.experiments.framework.registration import registration_text
+    from crcolony.experiments.framework.run_experiment import Request, run_experiment
 
     experiment = find_experiment(options.name)
     _check_numbers(options)
@@ -98,16 +98,16 @@ def _pool(options: argparse.Namespace) -> "OpenPool":
     if options.executor == "dask":
         if options.scheduler is None:
             raise UsageError("--executor dask needs --scheduler, as in --scheduler tcp://host:8786")
-        from crcolony.experiments.dask_pool import dask_cluster
+        from crcolony.experiments.pools.dask_pool import dask_cluster
 
         return partial(dask_cluster, options.scheduler, options.workers)
     if options.scheduler is not None:
         raise UsageError("--scheduler is for --executor dask")
     if options.executor == "mpi":
-        from crcolony.experiments.mpi_pool import mpi_processes
+        from crcolony.experiments.pools.mpi_pool import mpi_processes
 
         return partial(mpi_processes, options.workers)
-    from crcolony.experiments.process_pool import processes
+    from crcolony.experiments.pools.process_pool import processes
 
     return partial(processes, options.workers)
 
@@ -124,7 +124,7 @@ def _check_numbers(options: argparse.Namespace) -> None:
 def _list(options: argparse.Namespace) -> int:
     if options.name is not None:
         raise UsageError("--list is without a NAME")
-    from crcolony.experiments.catalogue import summaries
+    from crcolony.experiments.framework.catalogue import summaries
     from crcolony.terminal import plain_console
 
     console = plain_console()

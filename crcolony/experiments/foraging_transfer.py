@@ -16,8 +16,7 @@ from crcolony.evolution.genetic_algorithm import next_generation
 from crcolony.evolution.genotype import Schema
 from crcolony.evolution.selection import tournament
 from crcolony.evolution.variation import gaussian_mutation, one_point_crossover
-from crcolony.experiments.experiment import Column, Experiment, Job, Plan, Row, Value
-from crcolony.experiments.foraging_lives import (
+from crcolony.experiments.colonies.foraging_lives import (
     BODIES,
     LIFE_STEPS,
     WINDOW_STEPS,
@@ -33,7 +32,8 @@ from crcolony.experiments.foraging_transfer_claims import (
     META_ALONE,
     THIRDS,
 )
-from crcolony.experiments.quartile_curve import draw_quartiles, quartiles_of
+from crcolony.experiments.framework.experiment import Column, Experiment, Job, Plan, Row, Value
+from crcolony.experiments.framework.quartile_curve import draw_quartiles, quartiles_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

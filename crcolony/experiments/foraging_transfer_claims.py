@@ -5,10 +5,10 @@ from functools import partial
 
 from scipy import stats
 
-from crcolony.experiments.experiment import Measured, Row, pairs_of, values_of, verdict_of
-from crcolony.experiments.measured_pairs import measured_pairs
-from crcolony.experiments.registration import Claim
-from crcolony.experiments.statistics import (
+from crcolony.experiments.framework.experiment import Measured, Row, pairs_of, values_of, verdict_of
+from crcolony.experiments.framework.measured_pairs import measured_pairs
+from crcolony.experiments.framework.registration import Claim
+from crcolony.experiments.framework.statistics import (
     LEVEL,
     effect_size,
     equivalence,

@@ -18,7 +18,7 @@ import numpy as np
 from crcolony.compiled import FloatArray
 from crcolony.evolution.tree_variation import TreeVariation
 from crcolony.evolution.typed_tree import Tree
-from crcolony.experiments.experiment import Column, Experiment, Job, Plan, Row
+from crcolony.experiments.framework.experiment import Column, Experiment, Job, Plan, Row
 from crcolony.experiments.hierarchies_claims import (
     CHANGES,
     DARWINIAN,

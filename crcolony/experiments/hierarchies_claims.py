@@ -8,16 +8,16 @@ import numpy as np
 from scipy import stats
 
 from crcolony.compiled import FloatArray, IntArray
-from crcolony.experiments.experiment import (
+from crcolony.experiments.framework.experiment import (
     Measured,
     Row,
     pairs_of,
     values_of,
     verdict_of,
 )
-from crcolony.experiments.measured_pairs import measured_pairs
-from crcolony.experiments.registration import Claim
-from crcolony.experiments.statistics import (
+from crcolony.experiments.framework.measured_pairs import measured_pairs
+from crcolony.experiments.framework.registration import Claim
+from crcolony.experiments.framework.statistics import (
     LEVEL,
     MIN_RUNS,
     effect_size,

@@ -9,7 +9,8 @@ import numpy as np
 
 from crcolony.compiled import FloatArray
 from crcolony.evolution.typed_tree import Tree, parse_tree
-from crcolony.experiments.experiment import CONDITION, Row, pairs_of
+from crcolony.experiments.framework.experiment import CONDITION, Row, pairs_of
+from crcolony.experiments.framework.statistics import mean_interval
 from crcolony.experiments.hierarchies_claims import (
     CHANGES,
     DARWINIAN,
@@ -19,7 +20,6 @@ from crcolony.experiments.hierarchies_claims import (
     SENSES,
     condition_of,
 )
-from crcolony.experiments.statistics import mean_interval
 
 _FEWEST_ROWS = 14
 """A small hierarchy is not stretched over all of its axes"""

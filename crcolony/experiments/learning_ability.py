@@ -13,9 +13,9 @@ from scipy import stats
 
 from crcolony.compiled import FloatArray
 from crcolony.config import Config, load
-from crcolony.experiments.colony_run import run_colony
-from crcolony.experiments.default_world_criteria import MARGIN
-from crcolony.experiments.experiment import (
+from crcolony.experiments.colonies.colony_run import run_colony
+from crcolony.experiments.colonies.default_world_criteria import MARGIN
+from crcolony.experiments.framework.experiment import (
     Column,
     Experiment,
     Job,
@@ -26,9 +26,9 @@ from crcolony.experiments.experiment import (
     values_of,
     verdict_of,
 )
-from crcolony.experiments.measured_pairs import measured_pairs
-from crcolony.experiments.registration import Claim
-from crcolony.experiments.statistics import (
+from crcolony.experiments.framework.measured_pairs import measured_pairs
+from crcolony.experiments.framework.registration import Claim
+from crcolony.experiments.framework.statistics import (
     LEVEL,
     effect_size,
     equivalence,

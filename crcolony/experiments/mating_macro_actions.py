@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from crcolony.compiled import FloatArray
-from crcolony.experiments.experiment import (
+from crcolony.experiments.framework.experiment import (
     Column,
     Experiment,
     Job,
@@ -21,10 +21,10 @@ from crcolony.experiments.experiment import (
     pairs_of,
     verdict_of,
 )
-from crcolony.experiments.measured_pairs import measured_pairs
-from crcolony.experiments.quartile_curve import draw_quartiles, quartiles_of
-from crcolony.experiments.registration import Claim
-from crcolony.experiments.statistics import LEVEL, ratio_interval
+from crcolony.experiments.framework.measured_pairs import measured_pairs
+from crcolony.experiments.framework.quartile_curve import draw_quartiles, quartiles_of
+from crcolony.experiments.framework.registration import Claim
+from crcolony.experiments.framework.statistics import LEVEL, ratio_interval
 from crcolony.experiments.worlds.mating_pair import (
     FACE,
     HIGH,

@@ -18,22 +18,22 @@ from crcolony.evolution.founders import Founders
 from crcolony.evolution.genotype import Schema
 from crcolony.evolution.history import Born, Event, Mated
 from crcolony.evolution.population import NewAgent
-from crcolony.experiments.colony_run import run_colony
-from crcolony.experiments.experiment import Column, Experiment, Job, Plan, Row, values_of
-from crcolony.experiments.mating_strategies_claims import (
-    DENSITIES,
-    MEASURES,
-    SHARES,
-    condition_of,
-    curve_of,
-)
-from crcolony.experiments.mating_strategy import (
+from crcolony.experiments.colonies.colony_run import run_colony
+from crcolony.experiments.colonies.mating_strategy import (
     FORAGER,
     TRACKER,
     as_forager,
     as_tracker,
     strategies_of,
     threshold_of,
+)
+from crcolony.experiments.framework.experiment import Column, Experiment, Job, Plan, Row, values_of
+from crcolony.experiments.mating_strategies_claims import (
+    DENSITIES,
+    MEASURES,
+    SHARES,
+    condition_of,
+    curve_of,
 )
 from crcolony.in_process.colony import InProcessColony
 from crcolony.randomness import generator, new_streams

@@ -6,9 +6,9 @@ import numpy as np
 from scipy import stats
 
 from crcolony.compiled import FloatArray
-from crcolony.experiments.experiment import CONDITION, SEED, Measured, Row, verdict_of
-from crcolony.experiments.registration import Claim
-from crcolony.experiments.statistics import LEVEL, mean_interval, rank_correlation
+from crcolony.experiments.framework.experiment import CONDITION, SEED, Measured, Row, verdict_of
+from crcolony.experiments.framework.registration import Claim
+from crcolony.experiments.framework.statistics import LEVEL, mean_interval, rank_correlation
 
 DENSITIES = (1.0, 1.5, 2.0, 4.0)
 """Batteries for each robot; 2 in the default world"""

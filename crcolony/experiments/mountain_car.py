@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 
 from crcolony.compiled import FloatArray, IntArray
-from crcolony.experiments.experiment import Column, Experiment, Job, Plan, Row
+from crcolony.experiments.framework.experiment import Column, Experiment, Job, Plan, Row
 from crcolony.experiments.mountain_car_claims import BOTH, LAST, MEASURES, META_ALONE, TEXTBOOK
 from crcolony.experiments.mountain_car_figure import draw
 from crcolony.experiments.worlds.mountain_car_evolution import (

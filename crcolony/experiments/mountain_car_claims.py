@@ -6,10 +6,15 @@ from functools import partial
 import numpy as np
 from scipy import stats
 
-from crcolony.experiments.experiment import Measured, Row, pairs_of, values_of, verdict_of
-from crcolony.experiments.measured_pairs import measured_pairs
-from crcolony.experiments.registration import Claim
-from crcolony.experiments.statistics import LEVEL, effect_size, mean_interval, ratio_interval
+from crcolony.experiments.framework.experiment import Measured, Row, pairs_of, values_of, verdict_of
+from crcolony.experiments.framework.measured_pairs import measured_pairs
+from crcolony.experiments.framework.registration import Claim
+from crcolony.experiments.framework.statistics import (
+    LEVEL,
+    effect_size,
+    mean_interval,
+    ratio_interval,
+)
 
 BOTH = "shaping and meta-parameters"
 META_ALONE = "meta-parameters alone"

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from crcolony.compiled import FloatArray
-from crcolony.experiments.experiment import CONDITION, SEED, Row
+from crcolony.experiments.framework.experiment import CONDITION, SEED, Row
+from crcolony.experiments.framework.quartile_curve import draw_quartiles, quartiles_of
 from crcolony.experiments.mountain_car_claims import BOTH, META_ALONE, TEXTBOOK
-from crcolony.experiments.quartile_curve import draw_quartiles, quartiles_of
 from crcolony.experiments.worlds.mountain_car_genes import CENTRES, HIGH, LOW, WEIGHTS
 from crcolony.learning.features import NormalizedRBF
 

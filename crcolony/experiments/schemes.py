@@ -14,8 +14,8 @@ from scipy import stats
 
 from crcolony.compiled import FloatArray
 from crcolony.config import Config, load
-from crcolony.experiments.colony_run import run_colony
-from crcolony.experiments.experiment import (
+from crcolony.experiments.colonies.colony_run import run_colony
+from crcolony.experiments.framework.experiment import (
     Column,
     Experiment,
     Job,
@@ -26,10 +26,10 @@ from crcolony.experiments.experiment import (
     values_of,
     verdict_of,
 )
-from crcolony.experiments.measured_pairs import measured_pairs
-from crcolony.experiments.phototaxis import HAND_DESIGNED, ROBOTS, random_weights, simulate
-from crcolony.experiments.registration import Claim
-from crcolony.experiments.statistics import LEVEL, mean_interval, ratio_interval
+from crcolony.experiments.framework.measured_pairs import measured_pairs
+from crcolony.experiments.framework.registration import Claim
+from crcolony.experiments.framework.statistics import LEVEL, mean_interval, ratio_interval
+from crcolony.experiments.worlds.phototaxis import HAND_DESIGNED, ROBOTS, random_weights, simulate
 from crcolony.results.generation_table import LAST_GENERATIONS
 from crcolony.robot.settings import Selection
 from crcolony.robot.weight_rows import forget

@@ -14,17 +14,7 @@ import numpy as np
 from scipy import stats
 
 from crcolony.compiled import FloatArray
-from crcolony.experiments.experiment import (
-    Column,
-    Experiment,
-    Job,
-    Measured,
-    Plan,
-    Row,
-    values_of,
-    verdict_of,
-)
-from crcolony.experiments.population_regimes import (
+from crcolony.experiments.colonies.population_regimes import (
     ZONES,
     Course,
     deaths_by_age,
@@ -34,8 +24,18 @@ from crcolony.experiments.population_regimes import (
     run_colony_regime,
     run_free,
 )
-from crcolony.experiments.registration import Claim
-from crcolony.experiments.statistics import LEVEL, mean_interval
+from crcolony.experiments.framework.experiment import (
+    Column,
+    Experiment,
+    Job,
+    Measured,
+    Plan,
+    Row,
+    values_of,
+    verdict_of,
+)
+from crcolony.experiments.framework.registration import Claim
+from crcolony.experiments.framework.statistics import LEVEL, mean_interval
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

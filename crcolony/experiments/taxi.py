@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from crcolony.compiled import FloatArray
-from crcolony.experiments.experiment import Column, Experiment, Job, Plan, Row
-from crcolony.experiments.quartile_curve import draw_quartiles, quartiles_of
+from crcolony.experiments.framework.experiment import Column, Experiment, Job, Plan, Row
+from crcolony.experiments.framework.quartile_curve import draw_quartiles, quartiles_of
 from crcolony.experiments.taxi_claims import (
     CONVENTIONS,
     EXAMPLE,

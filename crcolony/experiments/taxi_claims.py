@@ -7,9 +7,14 @@ import numpy as np
 from scipy import stats
 
 from crcolony.compiled import FloatArray
-from crcolony.experiments.experiment import Measured, Row, pairs_of, values_of, verdict_of
-from crcolony.experiments.registration import Claim
-from crcolony.experiments.statistics import LEVEL, effect_size, mean_interval, ratio_interval
+from crcolony.experiments.framework.experiment import Measured, Row, pairs_of, values_of, verdict_of
+from crcolony.experiments.framework.registration import Claim
+from crcolony.experiments.framework.statistics import (
+    LEVEL,
+    effect_size,
+    mean_interval,
+    ratio_interval,
+)
 
 FLAT, PLAIN, ABSTRACT = "flat", "plain", "abstract"
 LEARNERS = {FLAT: "flat Q-learning", PLAIN: "MAXQ-Q", ABSTRACT: "MAXQ-Q with abstraction"}

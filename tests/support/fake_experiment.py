@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from crcolony.experiments.experiment import (
+from crcolony.experiments.framework.experiment import (
     Column,
     Experiment,
     Job,
@@ -19,8 +19,8 @@ from crcolony.experiments.experiment import (
     pairs_of,
     verdict_of,
 )
-from crcolony.experiments.registration import Claim
-from crcolony.experiments.worker_pool import WorkerPool
+from crcolony.experiments.framework.registration import Claim
+from crcolony.experiments.pools.worker_pool import WorkerPool
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from crcolony.experiments.outcomes import Outcome
+from crcolony.experiments.colonies.outcomes import Outcome
 
 _MODEL = Outcome(
     condition="implicit",

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from crcolony.cli import main
-from crcolony.experiments import claims_table
+from crcolony.experiments.framework import claims_table
 from tests.support.command_line import Refused
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from crcolony.cli import main
-from crcolony.experiments.registration import registered_names
+from crcolony.experiments.framework.registration import registered_names
 from tests.support.command_line import Refused, run_command
 
 

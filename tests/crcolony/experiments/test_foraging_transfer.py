@@ -1,9 +1,9 @@
 """The experiment on foraging: what its runs are, and what a run leaves."""
 
-from crcolony.experiments.experiment import CONDITION, SEED, Plan, Row
-from crcolony.experiments.foraging_lives import BODIES, WINDOWS
+from crcolony.experiments.colonies.foraging_lives import BODIES, WINDOWS
 from crcolony.experiments.foraging_transfer import EXPERIMENT
 from crcolony.experiments.foraging_transfer_claims import BOTH, META_ALONE
+from crcolony.experiments.framework.experiment import CONDITION, SEED, Plan, Row
 
 
 def test_a_quick_run_has_all_columns_and_a_figure() -> None:

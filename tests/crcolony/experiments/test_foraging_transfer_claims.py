@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crcolony.experiments.catalogue import summaries
-from crcolony.experiments.experiment import Row
 from crcolony.experiments.foraging_transfer_claims import BOTH, MEASURES, META_ALONE, THIRDS
+from crcolony.experiments.framework.catalogue import summaries
+from crcolony.experiments.framework.experiment import Row
 
 CLAIMS = {claim.id: claim for claim in summaries()["foraging-transfer"].claims}
 RUNS = 8

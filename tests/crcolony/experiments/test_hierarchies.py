@@ -3,7 +3,7 @@
 import numpy as np
 
 from crcolony.evolution.typed_tree import parse_tree
-from crcolony.experiments.experiment import CONDITION, SEED, Plan, Row
+from crcolony.experiments.framework.experiment import CONDITION, SEED, Plan, Row
 from crcolony.experiments.hierarchies import (
     COLUMNS,
     EDGES,

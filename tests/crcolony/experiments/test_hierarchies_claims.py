@@ -6,7 +6,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from crcolony.experiments.experiment import CONDITION, SEED, Row
+from crcolony.experiments.framework.experiment import CONDITION, SEED, Row
+from crcolony.experiments.framework.registration import parse_registration, registration_text
 from crcolony.experiments.hierarchies_claims import (
     CHANGES,
     DARWINIAN,
@@ -26,7 +27,6 @@ from crcolony.experiments.hierarchies_claims import (
     condition_of,
     variance_between,
 )
-from crcolony.experiments.registration import parse_registration, registration_text
 
 CLAIMS = {claim.id: claim for claim in parse_registration(registration_text("hierarchies")).claims}
 SEEDS = 12

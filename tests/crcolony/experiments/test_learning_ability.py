@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from crcolony.config import Config
-from crcolony.experiments.catalogue import summaries
-from crcolony.experiments.experiment import Plan, Row
+from crcolony.experiments.framework.catalogue import summaries
+from crcolony.experiments.framework.experiment import Plan, Row
 from crcolony.experiments.learning_ability import COLUMNS, EXPERIMENT, draw
 
 CLAIMS = {claim.id: claim for claim in summaries()["learning-ability"].claims}

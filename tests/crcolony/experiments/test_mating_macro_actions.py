@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crcolony.experiments.catalogue import summaries
-from crcolony.experiments.experiment import Plan, Row
+from crcolony.experiments.framework.catalogue import summaries
+from crcolony.experiments.framework.experiment import Plan, Row
 from crcolony.experiments.mating_macro_actions import (
     COLUMNS,
     EXPERIMENT,

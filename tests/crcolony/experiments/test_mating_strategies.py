@@ -3,7 +3,7 @@
 import numpy as np
 
 from crcolony.config import load
-from crcolony.experiments.experiment import Plan, Row
+from crcolony.experiments.framework.experiment import Plan, Row
 from crcolony.experiments.mating_strategies import COLUMNS, EXPERIMENT, draw, fitness_in_mixture
 from crcolony.experiments.mating_strategies_claims import DENSITIES, SHARES
 from crcolony.robot.genes import agent_schema

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from crcolony.experiments.catalogue import summaries
-from crcolony.experiments.experiment import Measured, Row
+from crcolony.experiments.framework.catalogue import summaries
+from crcolony.experiments.framework.experiment import Measured, Row
 from crcolony.experiments.mating_strategies_claims import (
     DENSITIES,
     MEASURES,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crcolony.experiments.experiment import CONDITION, SEED, Plan, Row
+from crcolony.experiments.framework.experiment import CONDITION, SEED, Plan, Row
 from crcolony.experiments.mountain_car import EXPERIMENT, first_robust_episode, run_textbook
 from crcolony.experiments.mountain_car_claims import BOTH, META_ALONE, TEXTBOOK
 

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crcolony.experiments.catalogue import summaries
-from crcolony.experiments.experiment import Row
+from crcolony.experiments.framework.catalogue import summaries
+from crcolony.experiments.framework.experiment import Row
 from crcolony.experiments.mountain_car_claims import BOTH, MEASURES, META_ALONE, TEXTBOOK
 
 CLAIMS = {claim.id: claim for claim in summaries()["mountain-car"].claims}

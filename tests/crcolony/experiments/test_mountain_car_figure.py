@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crcolony.experiments.experiment import CONDITION, SEED, Row
+from crcolony.experiments.framework.experiment import CONDITION, SEED, Row
 from crcolony.experiments.mountain_car_claims import BOTH, META_ALONE, TEXTBOOK
 from crcolony.experiments.mountain_car_figure import draw, potential_image
 from crcolony.experiments.worlds.mountain_car_genes import HIGH, LOW, WEIGHTS

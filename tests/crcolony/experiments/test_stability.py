@@ -6,8 +6,8 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from crcolony.experiments.catalogue import summaries
-from crcolony.experiments.experiment import Plan, Row
+from crcolony.experiments.framework.catalogue import summaries
+from crcolony.experiments.framework.experiment import Plan, Row
 from crcolony.experiments.stability import (
     AGES,
     COLUMNS,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crcolony.experiments.experiment import Plan, Row
+from crcolony.experiments.framework.experiment import Plan, Row
 from crcolony.experiments.taxi import COLUMNS, EXPERIMENT, STEPS, WINDOW, draw, run
 from crcolony.experiments.taxi_claims import CONVENTIONS, IN_ADDITION, LEARNERS, condition_of
 

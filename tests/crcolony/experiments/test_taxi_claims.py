@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crcolony.experiments.catalogue import summaries
-from crcolony.experiments.experiment import Row
+from crcolony.experiments.framework.catalogue import summaries
+from crcolony.experiments.framework.experiment import Row
 from crcolony.experiments.taxi_claims import (
     ABSTRACT,
     CONVENTIONS,

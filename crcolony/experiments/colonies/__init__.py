@@ -1,0 +1,1 @@
+"""Colonies that experiments run, and what they measure of them."""

@@ -1,0 +1,1 @@
+"""What every experiment is made of: registered claims, durable rows, statistics, the table of claims."""

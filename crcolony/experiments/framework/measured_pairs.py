@@ -1,0 +1,30 @@
+"""What was measured of a claim that compares two conditions, a run of each for every seed."""
+
+import math
+
+from crcolony.compiled import FloatArray
+from crcolony.experiments.framework.experiment import Measured, Verdict
+from crcolony.experiments.framework.statistics import Interval, effect_size
+
+
+def measured_pairs(
+    found: Interval,
+    one: FloatArray,
+    other: FloatArray,
+    *,
+    statistic: str,
+    verdict: Verdict,
+    p: float = math.nan,
+) -> Measured:
+    """Return an estimate over pairs of runs, (pairs,) each, with A12 as its effect size (Vargha & Delaney 2000)."""
+    return Measured(
+        estimate=found.estimate,
+        low=found.low,
+        high=found.high,
+        statistic=statistic,
+        p=p,
+        effect="A12",
+        effect_size=effect_size(one, other),
+        runs=2 * one.size,
+        verdict=verdict,
+    )

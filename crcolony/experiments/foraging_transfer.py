@@ -34,10 +34,10 @@ from crcolony.experiments.foraging_transfer_claims import (
     LAST,
     MEASURES,
     META_ALONE,
-    THIRDS,
 )
 from crcolony.experiments.framework.experiment import Column, Experiment, Job, Plan, Row, Value
 from crcolony.experiments.framework.quartile_curve import draw_quartiles, quartiles_of
+from crcolony.experiments.framework.similar_curves import THIRDS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,9 +10,8 @@ import numpy as np
 
 from crcolony.compiled import FloatArray, IntArray
 from crcolony.config import Config, load
-from crcolony.evolution.founders import Founders
 from crcolony.evolution.genotype import Schema
-from crcolony.evolution.population import NewAgent
+from crcolony.experiments.colonies.newborn_colony import newborn_colony
 from crcolony.in_process.colony import InProcessColony
 from crcolony.robot.genes import agent_schema
 
@@ -76,10 +75,7 @@ def new_foragers(
     """Return a robot with newborn agents of these genotypes, as `forage` lets them live."""
     if genotypes.shape[0] != config.life.agents:
         raise ValueError(f"{genotypes.shape[0]} genotypes for {config.life.agents} agents")
-    agents = tuple(NewAgent(genes, None, None) for genes in genotypes)
-    founders = Founders(foraging_schema(config).digest, "", (agents,))
-    config = msgspec.structs.replace(config, seed=seed)
-    colony = InProcessColony(config, lambda _: None, founders)
+    colony = newborn_colony(msgspec.structs.replace(config, seed=seed), genotypes[None])
     turning = colony.parameters.wheel_speeds * np.array(wheels)
     colony.parameters = colony.parameters._replace(wheel_speeds=turning)
     colony.start()

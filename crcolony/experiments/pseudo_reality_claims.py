@@ -29,6 +29,7 @@ def _drops(home: str, claim: Claim, rows: Sequence[Row]) -> Measured:
         f" {lost.size} runs",
         p=p,
         verdict=verdict_of(found.estimate > claim.threshold and p < LEVEL),
+        runs_a_pair=1,
     )
 
 
@@ -49,6 +50,7 @@ def _loses_less(kind: str, home: str, where: str, claim: Claim, rows: Sequence[R
         f" paired t-test, {frozen.size} pairs, that more is lost: p = {p_more:.2g}",
         p=p,
         verdict=verdict_of(found.estimate > claim.threshold and p < LEVEL),
+        runs_a_pair=1,
     )
 
 
@@ -74,6 +76,7 @@ def _captures_more(column: str, home: str, claim: Claim, rows: Sequence[Row]) ->
         f" {newborn.size} pairs",
         p=p,
         verdict=verdict_of(ratio.estimate > claim.threshold and p < LEVEL),
+        runs_a_pair=1,
     )
 
 

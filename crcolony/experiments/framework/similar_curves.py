@@ -40,6 +40,7 @@ def measure_similar_curves(
         f" of three thirds, whole life p = {p_life:.2g}; different: two-sided paired t-test, p = {p_differ:.2g}",
         p=p_thirds,
         verdict=verdict_of(p_thirds < LEVEL, p_life < LEVEL),
+        runs_a_pair=1,
     )
 
 

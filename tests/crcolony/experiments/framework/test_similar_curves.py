@@ -41,4 +41,4 @@ def test_the_verdict_is_of_all_thirds(others: tuple[float, float, float], verdic
     assert found.estimate == pytest.approx(sum(others) / 30.0)
     assert found.low <= found.estimate <= found.high
     assert (found.p < 0.05) == (verdict == "reproduced")
-    assert found.runs == 16
+    assert found.runs == 8

@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 
 from crcolony.body import contract
-from crcolony.compiled import FloatArray, IntArray
+from crcolony.compiled import BoolArray, FloatArray, IntArray
 from crcolony.config import Config, load
 from crcolony.evolution.genotype import Gene, Normal, Schema
 from crcolony.evolution.history import Event, Mated
@@ -22,6 +22,7 @@ from crcolony.experiments.colonies.learnt_behaviours import (
     start_colony,
 )
 from crcolony.robot.genes import selector_inputs
+from crcolony.robot.settings import Life
 from crcolony.world.packs import place_pack
 
 NOBODY = -1
@@ -65,7 +66,7 @@ class Lives:
     """The partner that was estimated to be the fittest, counted over all robots (robot * agents + agent); or NOBODY"""
     recharge_steps: IntArray
     """Control steps of recharging"""
-    has_starved: np.ndarray
+    has_starved: BoolArray
 
 
 def survival_config(world: str, settings: Sequence[str] = ()) -> Config:
@@ -114,8 +115,7 @@ class _SurvivalLives:
         shape = config.robots, config.life.agents
         self._captures = np.zeros(shape, dtype=np.int64)
         self._recharged = np.zeros(shape, dtype=np.int64)
-        self._partners = np.full(shape, NOBODY, dtype=np.int64)
-        self._best = np.full(shape, -np.inf)
+        self._memory = PartnerMemory(*shape)
         self._steps_left = np.zeros(config.robots, dtype=np.int64)
         self._agents = self._colony.batch.agent.copy()
 
@@ -135,7 +135,7 @@ class _SurvivalLives:
         return Lives(
             self._captures,
             batch.matings.copy(),
-            self._partners,
+            self._memory.partners,
             self._recharged,
             batch.energies <= 0.0,
         )
@@ -172,27 +172,45 @@ class _SurvivalLives:
         self._steps_left[robot] = 0
 
     def _handle(self, event: Event) -> None:
-        """Let agents that have mated remember each other, where no other partner was estimated to be as fit."""
+        """Let two agents that have mated tell each other how fit they are."""
         if not isinstance(event, Mated):
             return
         robots = event.robot, event.partner_robot
-        agents = [int(self._colony.batch.agent[robot]) for robot in robots]
-        estimates = [self._estimate(*one) for one in zip(robots, agents, strict=True)]
-        for own, other in ((0, 1), (1, 0)):
-            place = robots[own], agents[own]
-            if estimates[other] > self._best[place]:
-                self._best[place] = estimates[other]
-                self._partners[place] = robots[other] * self._agents_per_robot + agents[other]
-
-    @property
-    def _agents_per_robot(self) -> int:
-        return int(self._captures.shape[1])
+        one, other = ((robot, int(self._colony.batch.agent[robot])) for robot in robots)
+        self._memory.meet(one, other, self._estimate(*one), self._estimate(*other))
 
     def _estimate(self, robot: int, agent: int) -> float:
-        """Return the packs that an agent would capture in a lifetime, by those in the steps that it was in control."""
-        life = self._colony.config.life
-        lived = max(int(self._colony.batch.steps_alive[robot, agent]), life.slice_steps)
-        return float(self._captures[robot, agent]) * life.slices * life.slice_steps / lived
+        lived = int(self._colony.batch.steps_alive[robot, agent])
+        return estimated_fitness(int(self._captures[robot, agent]), lived, self._colony.config.life)
+
+
+class PartnerMemory:
+    """Whom each agent remembers: of the partners it has met, the one that was the fittest by what it told."""
+
+    def __init__(self, robots: int, agents: int) -> None:
+        self.partners = np.full((robots, agents), NOBODY, dtype=np.int64)
+        """The `partners` of `Lives`"""
+        self._fitness = np.full((robots, agents), -np.inf)
+
+    def meet(
+        self, one: tuple[int, int], other: tuple[int, int], fitness: float, other_fitness: float
+    ) -> None:
+        """Let two agents (robot, agent) meet, which tell each other their fitness; among equals the first one stays."""
+        self._remember(one, other, other_fitness)
+        self._remember(other, one, fitness)
+
+    def _remember(self, own: tuple[int, int], partner: tuple[int, int], fitness: float) -> None:
+        if fitness > self._fitness[own]:
+            self._fitness[own] = fitness
+            self.partners[own] = partner[0] * self.partners.shape[1] + partner[1]
+
+
+def estimated_fitness(captures: int, lived_steps: int, life: Life) -> float:
+    """Return the packs that an agent would capture in a lifetime, by those so far.
+
+    What happened in less than a slice counts as if it had taken a whole one: early luck says little.
+    """
+    return captures * life.slices * life.slice_steps / max(lived_steps, life.slice_steps)
 
 
 def recharge_steps(genes: FloatArray, energy: float, visible: FloatArray) -> int:

@@ -64,7 +64,7 @@ def draw(rows: Sequence[Row]) -> "Figure":
 
     figure = new_figure(PAGE_IN, 2.3)
     matings, *panels = figure.subplots(1, 1 + len(WORLDS))
-    ticks = []
+    ticks: list[tuple[float, str]] = []
     for k, world in enumerate(WORLDS):
         own = societies_of(rows, world)
         for j, society in enumerate(SOCIETIES):

@@ -77,10 +77,12 @@ def test_another_body_must_cost_fitness_that_comes_back_in_time() -> None:
     assert [verdict("readapts", rows) for rows in (back, lost)] == ["reproduced", "not"]
 
 
-@pytest.mark.parametrize("bad", [{"touched": 0.2}, {"laps": 0.5}])
-def test_smooth_is_to_drive_laps_without_contact(bad: dict[str, float]) -> None:
+@pytest.mark.parametrize(("touched", "laps"), [(0.2, 1.8), (0.0, 0.5)])
+def test_smooth_is_to_drive_laps_without_contact(touched: float, laps: float) -> None:
     """Nearly all runs must; most of them are a part of it."""
-    found = [verdict("smooth", examined(good=good, **bad)) for good in (19, 16, 10)]
+    found = [
+        verdict("smooth", examined(good=good, touched=touched, laps=laps)) for good in (19, 16, 10)
+    ]
     assert found == ["reproduced", "partly", "not"]
 
 

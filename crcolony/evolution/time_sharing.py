@@ -18,7 +18,7 @@ class TimeSharing(Protocol):
         """Return the next agent, or None when the generation is over.
 
         `turns` (agents,) are the slices that each has had, `performance` (agents,) its matings per
-        step alive.
+        step alive, or less than 0 if it is dead.
         """
         ...
 

@@ -14,11 +14,9 @@ import numpy as np
 
 from crcolony.compiled import FloatArray
 from crcolony.config import Config, load
-from crcolony.evolution.founders import Founders
 from crcolony.evolution.genotype import Schema
 from crcolony.evolution.history import Born, Event, Mated
-from crcolony.evolution.population import NewAgent
-from crcolony.experiments.colonies.colony_run import run_colony
+from crcolony.experiments.colonies.colony_run import founders_of, run_colony
 from crcolony.experiments.colonies.mating_strategy import (
     FORAGER,
     TRACKER,
@@ -159,12 +157,8 @@ def _live(config: Config, genotypes: FloatArray) -> FloatArray:
             earned[event.agent] += event.energy
             earned[event.partner] += event.partner_energy
 
-    robots = [
-        tuple(NewAgent(genes, f"{robot}@{_NAME}/{k}", None) for k, genes in enumerate(own))
-        for robot, own in enumerate(genotypes)
-    ]
     schema = agent_schema(config.learning, config.heredity)
-    colony = InProcessColony(config, record, Founders(schema.digest, _NAME, tuple(robots)))
+    colony = InProcessColony(config, record, founders_of(genotypes, schema, _NAME))
     colony.start()
     while colony.generation == 0:
         colony.run(_CHUNK_TICKS)

@@ -104,6 +104,10 @@ class Robot:
         other senses."""
         self._parameters, self._own, self._shared = parameters, None, None
 
+    def set_reproduction(self, reproduction: ReproductionStrategy) -> None:
+        """Reproduce in another way from now on: one that is no setting, of which nothing is known yet."""
+        self._reproduction = reproduction
+
     def start(self) -> list[Birth]:
         """Create the first generation and give control to its first agent; return the births."""
         agents = self.subpopulation.draw_first_generation(self._rare_events.begin(self.stream))
@@ -201,9 +205,13 @@ class Robot:
         forget(robots, row)
 
     def _performance(self) -> FloatArray:
-        """Return every agent's matings per step alive, which informed ways of time sharing use."""
+        """Return every agent's matings per step alive, which informed ways of time sharing use.
+
+        It is -1 of a dead one, however good it was: with control of the robot it could do nothing.
+        """
         robots, row = self._robots, self.row
-        performance: FloatArray = robots.matings[row] / np.maximum(robots.steps_alive[row], 1)
+        rates = robots.matings[row] / np.maximum(robots.steps_alive[row], 1)
+        performance: FloatArray = np.where(robots.energies[row] > 0.0, rates, -1.0)
         return performance
 
     def save(self) -> dict[str, Any]:

@@ -6,7 +6,10 @@ import numpy as np
 
 from crcolony.compiled import FloatArray
 from crcolony.config import Config
+from crcolony.evolution.founders import Founders
+from crcolony.evolution.genotype import Schema
 from crcolony.evolution.history import Born, Event, HistoryHash
+from crcolony.evolution.population import NewAgent
 from crcolony.experiments.colonies.energy_effect import measure_energy_effect
 from crcolony.experiments.colonies.outcomes import Outcome, outcome_of
 from crcolony.in_process.colony import InProcessColony
@@ -53,6 +56,15 @@ class ColonyRun:
         """Return what came of it; the colony lives one generation more to be examined."""
         energy = measure_energy_effect(self.colony)
         return outcome_of(condition, self.colony.config.seed, self.rows, energy, self.history_hash)
+
+
+def founders_of(genotypes: FloatArray, schema: Schema, name: str) -> Founders:
+    """Return genotypes (robots, agents, genes) as founders, of a population with this name."""
+    robots = [
+        tuple(NewAgent(genes, f"{robot}@{name}/{k}", None) for k, genes in enumerate(own))
+        for robot, own in enumerate(genotypes)
+    ]
+    return Founders(schema.digest, name, tuple(robots))
 
 
 def run_colony(config: Config) -> ColonyRun:

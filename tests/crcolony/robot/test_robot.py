@@ -4,6 +4,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from crcolony.evolution.implicit_selection import ImplicitSelection
 from crcolony.evolution.reproduction import MatingOffer
 from crcolony.evolution.time_sharing import EpsilonGreedyOrder
 from crcolony.robot.robot import Robot
@@ -230,3 +231,27 @@ def test_informed_time_sharing_prefers_matings_per_step_alive() -> None:
     batch.matings[0] = [2, 3, 1]
     assert robot.hand_over()
     assert robot.agent == 2
+
+
+def test_informed_time_sharing_passes_over_the_dead() -> None:
+    """However often they mated: with control of the robot they could do nothing."""
+    batch, _, (robot,) = new_robots(1)
+    robot.start()
+    robot._time_sharing = EpsilonGreedyOrder(5, 0.0)
+    robot.subpopulation.turns[:] = 1
+    batch.steps_alive[0] = [100, 100, 10]
+    batch.matings[0] = [0, 0, 9]
+    batch.energies[0] = [0.0, 0.2, 0.0]
+    assert robot.hand_over()
+    assert robot.agent == 1
+
+
+def test_a_robot_reproduces_as_it_was_told_last() -> None:
+    """Also in a way that no setting names."""
+    _, _, (robot, partner) = new_robots(2)
+    robot.start()
+    partner.start()
+    robot.set_reproduction(ImplicitSelection(lambda _: 0.0))
+    partner.set_reproduction(ImplicitSelection(lambda _: 1.0))
+    assert robot.mate(partner.mating_offer()) is None
+    assert partner.mate(robot.mating_offer()) is not None

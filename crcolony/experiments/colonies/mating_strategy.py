@@ -15,6 +15,8 @@ _MIDDLE = 0.5
 """The energy from which a forager tracks that is made a tracker."""
 _SURE = 1e-6
 """More than rounding."""
+_SMALLEST = 1e-12
+"""A range that is smaller counts as this."""
 _BIAS, _ENERGY = "selector.mating.bias", "selector.mating.energy"
 _BATTERY, _MATE = (
     "selector.mating.foraging_target_visible",
@@ -32,6 +34,17 @@ def threshold_of(genes: FloatArray, schema: Schema) -> float:
     """Return the energy from which a tracker follows the mate; 0: always."""
     hungry, full = _outputs(genes, schema)
     return 0.0 if hungry > 0.0 else float(hungry / (hungry - full))
+
+
+def mating_range_of(genotypes: FloatArray, schema: Schema, battery: bool, mate: bool) -> FloatArray:
+    """Return at which share of all energies from 0 to 1 every genotype (agents, genes) selects mating, (agents,).
+
+    `battery` and `mate` say what is in sight.
+    """
+    hungry, full = _outputs(genotypes, schema, float(battery), float(mate))
+    above = np.maximum(np.maximum(hungry, full), 0.0)
+    below = np.maximum(-np.minimum(hungry, full), 0.0)
+    return above / np.maximum(above + below, _SMALLEST)
 
 
 def as_forager(genes: FloatArray, schema: Schema) -> FloatArray:
@@ -58,10 +71,12 @@ def _attending(genes: FloatArray, schema: Schema, change: float) -> FloatArray:
     return changed
 
 
-def _outputs(genotypes: FloatArray, schema: Schema) -> tuple[FloatArray, FloatArray]:
-    """Return the outputs of the selector for mating with both in sight, at energies 0 and 1."""
-    bias, energy, battery, mate = (
+def _outputs(
+    genotypes: FloatArray, schema: Schema, battery: float = 1.0, mate: float = 1.0
+) -> tuple[FloatArray, FloatArray]:
+    """Return the outputs of the selector for mating, by default with both in sight, at energies 0 and 1."""
+    bias, energy, to_battery, to_mate = (
         genotypes[..., schema.index(name)] for name in (_BIAS, _ENERGY, _BATTERY, _MATE)
     )
-    hungry = bias + battery + mate
+    hungry = bias + battery * to_battery + mate * to_mate
     return hungry, hungry + energy

@@ -15,8 +15,6 @@ _MIDDLE = 0.5
 """The energy from which a forager tracks that is made a tracker."""
 _SURE = 1e-6
 """More than rounding."""
-_SMALLEST = 1e-12
-"""A range that is smaller counts as this."""
 _BIAS, _ENERGY = "selector.mating.bias", "selector.mating.energy"
 _BATTERY, _MATE = (
     "selector.mating.foraging_target_visible",
@@ -44,7 +42,9 @@ def mating_range_of(genotypes: FloatArray, schema: Schema, battery: bool, mate: 
     hungry, full = _outputs(genotypes, schema, float(battery), float(mate))
     above = np.maximum(np.maximum(hungry, full), 0.0)
     below = np.maximum(-np.minimum(hungry, full), 0.0)
-    return above / np.maximum(above + below, _SMALLEST)
+    extent = above + below
+    shares: FloatArray = np.divide(above, extent, out=np.zeros_like(extent), where=extent > 0.0)
+    return shares
 
 
 def as_forager(genes: FloatArray, schema: Schema) -> FloatArray:

@@ -49,7 +49,7 @@ units: $(VENV)/dev.stamp
 
 colonies: $(VENV)/dev.stamp
 	@echo "colonies of real processes, in network namespaces where this machine allows them:"
-	@$(BIN)/python -m pytest -q -n 2 --dist loadfile --no-loadscope-reorder -m "not alone" $(REAL) $(DURATIONS) tests/system
+	@$(BIN)/python -m pytest -q -n 3 --dist loadfile --no-loadscope-reorder -m "not alone" $(REAL) $(DURATIONS) tests/system
 
 robots: $(VENV)/dev.stamp
 	@echo "robots: their firmware on emulated controllers, and simulators of their makers:"

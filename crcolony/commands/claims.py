@@ -19,6 +19,12 @@ def add_claims(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", type=Path, metavar="FILE", help="Markdown file to write; default: print it"
     )
+    parser.add_argument(
+        "--short",
+        type=Path,
+        metavar="PAGE",
+        help="Markdown page between whose marks the short form is put, too",
+    )
     parser.set_defaults(command=_claims)
     add_examples(
         parser,
@@ -27,18 +33,34 @@ def add_claims(parser: argparse.ArgumentParser) -> None:
 
 
 def _claims(options: argparse.Namespace) -> int:
-    from crcolony.durable_files import replace_file
+    from crcolony.experiments.framework.claims_summary import SummaryError, with_summary
     from crcolony.experiments.framework.claims_table import format_table, read_table
 
-    text = "\n".join(format_table(read_table(options.folders))) + "\n"
-    if options.out is None:
-        print(text, end="")
-        return EXIT_OK
-    try:
-        options.out.parent.mkdir(parents=True, exist_ok=True)
-        replace_file(options.out, lambda file: file.write(text.encode()))
-    except (OSError, ValueError) as error:  # ValueError: no system has such a path
-        reason = getattr(error, "strerror", None) or error
-        raise UsageError(f"--out {options.out}: cannot be written: {reason}") from None
-    print(options.out)
+    rows = read_table(options.folders)
+    pages = {options.out: "\n".join(format_table(rows)) + "\n"}
+    if options.short is not None:
+        try:
+            pages[options.short] = with_summary(options.short.read_text("utf-8"), rows)
+        except (OSError, ValueError, SummaryError) as error:
+            raise UsageError(f"--short {options.short}: {_reason(error)}") from None
+    for page, text in pages.items():
+        if page is None:
+            print(text, end="")
+        else:
+            _write(page, text)
     return EXIT_OK
+
+
+def _write(page: Path, text: str) -> None:
+    from crcolony.durable_files import replace_file
+
+    try:
+        page.parent.mkdir(parents=True, exist_ok=True)
+        replace_file(page, lambda file: file.write(text.encode()))
+    except (OSError, ValueError) as error:  # ValueError: no system has such a path
+        raise UsageError(f"{page}: cannot be written: {_reason(error)}") from None
+    print(page)
+
+
+def _reason(error: Exception) -> object:
+    return getattr(error, "strerror", None) or error

@@ -10,12 +10,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crcolony.compiled import FloatArray, IntArray
+from crcolony.compiled import FloatArray
 from crcolony.config import Config
-from crcolony.evolution.genetic_algorithm import next_generation
 from crcolony.evolution.genotype import Schema
-from crcolony.evolution.selection import tournament
-from crcolony.evolution.variation import gaussian_mutation, one_point_crossover
+from crcolony.experiments.colonies.foraging_evolution import (
+    AGENTS,
+    Generation,
+    arena_seed,
+    choose_best,
+    evolve_foragers,
+)
 from crcolony.experiments.colonies.foraging_lives import (
     BODIES,
     LIFE_STEPS,
@@ -30,19 +34,16 @@ from crcolony.experiments.foraging_transfer_claims import (
     LAST,
     MEASURES,
     META_ALONE,
-    THIRDS,
 )
 from crcolony.experiments.framework.experiment import Column, Experiment, Job, Plan, Row, Value
 from crcolony.experiments.framework.quartile_curve import draw_quartiles, quartiles_of
+from crcolony.experiments.framework.similar_curves import THIRDS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-AGENTS, GENERATIONS = 20, 60
-TOURNAMENT, CROSSOVER_PROBABILITY, MUTATION_PROBABILITY = 3, 0.7, 0.1
-FINAL_LIVES, TEST_RUNS = 5, 5
-"""Lives of every agent of the last generation, by which the best is chosen; arenas in which it is measured then, with
-as many lives in each as there are agents."""
+GENERATIONS, TEST_RUNS = 60, 5
+"""Arenas in which the best is measured, with as many lives in each as there are agents, are `TEST_RUNS`."""
 _QUICK = 3
 """Generations, and one arena"""
 
@@ -82,15 +83,10 @@ def run(shaping: bool, generations: int, test_runs: int, seed: int) -> list[Row]
     """Let agents evolve; return rows of generations, of learning curves in all bodies, and of what came of it."""
     config, rng = foraging_config(AGENTS, shaping), np.random.default_rng(seed)
     schema = foraging_schema(config)
-    genotypes = np.stack([schema.random(rng) for _ in range(AGENTS)])
-    rows: list[dict[str, float]] = []
-    for number in range(generations):
-        packs = forage(config, genotypes, _arena_seed(rng)).sum(axis=1)
-        rows.append(_generation_row(number, schema, genotypes, packs))
-        if number < generations - 1:
-            genotypes = _breed(schema, genotypes, packs, rng)
-    best = _choose_best(config, genotypes, rng)
-    seeds = [_arena_seed(rng) for _ in range(test_runs)]
+    lived = list(evolve_foragers(config, generations, rng))
+    rows = [_generation_row(number, schema, one) for number, one in enumerate(lived)]
+    best = choose_best(config, lived[-1].genotypes, rng)
+    seeds = [arena_seed(rng) for _ in range(test_runs)]
     curves = {body: _curve(foraging_config(AGENTS, shaping, body), best, seeds) for body in BODIES}
     curve: list[Row] = [
         {"window": k + 1, **{f"packs_{body}": float(own[k]) for body, own in curves.items()}}
@@ -108,30 +104,6 @@ def run(shaping: bool, generations: int, test_runs: int, seed: int) -> list[Row]
     return [*(dict[str, Value](row) for row in rows), *curve, found]
 
 
-def _arena_seed(rng: np.random.Generator) -> int:
-    return int(rng.integers(2**62))
-
-
-def _breed(
-    schema: Schema, genotypes: FloatArray, packs: IntArray, rng: np.random.Generator
-) -> FloatArray:
-    return next_generation(
-        genotypes,
-        packs.astype(np.float64),
-        lambda fitness, count, rng: tournament(fitness, count, TOURNAMENT, rng),
-        one_point_crossover,
-        CROSSOVER_PROBABILITY,
-        lambda genes, rng: gaussian_mutation(genes, schema, MUTATION_PROBABILITY, rng),
-        rng,
-    )
-
-
-def _choose_best(config: Config, genotypes: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """Return the genes of the agent that captures most in further lives."""
-    packs = sum(forage(config, genotypes, _arena_seed(rng)) for _ in range(FINAL_LIVES))
-    return np.asarray(genotypes[int(np.argmax(np.sum(packs, axis=1)))])
-
-
 def _curve(config: Config, genes: FloatArray, seeds: Sequence[int]) -> FloatArray:
     """Return the packs (WINDOWS,) in each part of a life, mean over lives of one genotype."""
     everyone = np.tile(genes, (AGENTS, 1))
@@ -139,16 +111,15 @@ def _curve(config: Config, genes: FloatArray, seeds: Sequence[int]) -> FloatArra
     return np.asarray(np.concatenate(packs).mean(axis=0))
 
 
-def _generation_row(
-    number: int, schema: Schema, genotypes: FloatArray, packs: IntArray
-) -> dict[str, float]:
+def _generation_row(number: int, schema: Schema, lived: Generation) -> dict[str, float]:
     lambdas, taus, decays = (
-        genotypes[:, schema.index(f"foraging.{meta}")] for meta in ("lambda", "tau", "tau_decay")
+        lived.genotypes[:, schema.index(f"foraging.{meta}")]
+        for meta in ("lambda", "tau", "tau_decay")
     )
     temperatures = taus[:, None] / (1.0 + decays[:, None] * np.arange(LIFE_STEPS))
     return {
         "generation": number,
-        "packs_mean": float(packs.mean()),
+        "packs_mean": float(lived.packs.mean()),
         "lambda_mean": float(lambdas.mean()),
         "temperature": float(np.median(temperatures.mean(axis=1))),
     }

@@ -8,17 +8,16 @@ from scipy import stats
 from crcolony.experiments.framework.experiment import Measured, Row, pairs_of, values_of, verdict_of
 from crcolony.experiments.framework.measured_pairs import measured_pairs
 from crcolony.experiments.framework.registration import Claim
+from crcolony.experiments.framework.similar_curves import measure_similar_curves
 from crcolony.experiments.framework.statistics import (
     LEVEL,
     effect_size,
-    equivalence,
     mean_interval,
     ratio_interval,
 )
 
 BOTH = "shaping and meta-parameters"
 META_ALONE = "meta-parameters alone"
-THIRDS = ("first", "second", "last")
 LAST = 10
 """Generations at the end of a run over which genes are averaged."""
 _NEUTRAL = 0.5
@@ -26,29 +25,7 @@ _NEUTRAL = 0.5
 
 
 def _similar_curves(body: str, claim: Claim, rows: Sequence[Row]) -> Measured:
-    own, other = (values_of(rows, f"life_{one}", BOTH) for one in ("own", body))
-    p = {
-        third: _p_equal(rows, f"{third}_{body}", f"{third}_own", claim.threshold)
-        for third in THIRDS
-    }
-    p_life = _p_equal(rows, f"life_{body}", "life_own", claim.threshold)
-    p_differ = float(stats.ttest_rel(other, own).pvalue)
-    ratio = ratio_interval(other, own)
-    return measured_pairs(
-        ratio,
-        other,
-        own,
-        statistic=f"{other.mean():.1f} against {own.mean():.1f} packs; equal within {claim.threshold:.0%}: largest p of"
-        f" three thirds, whole life p = {p_life:.2g}; different: two-sided paired t-test, p = {p_differ:.2g}",
-        p=max(p.values()),
-        verdict=verdict_of(max(p.values()) < LEVEL, p_life < LEVEL),
-    )
-
-
-def _p_equal(rows: Sequence[Row], one: str, other: str, margin: float) -> float:
-    """Return the p of equivalence of two columns, within a share of the mean of the second."""
-    first, second = (values_of(rows, column, BOTH) for column in (one, other))
-    return equivalence(first, second, margin * max(float(second.mean()), 1e-12)).p
+    return measure_similar_curves(claim, rows, BOTH, "{part}_{body}", (body, "own"), "packs")
 
 
 def _captures_more(column: str, claim: Claim, rows: Sequence[Row]) -> Measured:

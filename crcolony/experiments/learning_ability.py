@@ -3,47 +3,44 @@
 Runs of one seed begin with the same founders in the same arena, whatever the selection, and are compared in pairs.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import stats
 
 from crcolony.compiled import FloatArray
 from crcolony.config import Config, load
 from crcolony.experiments.colonies.colony_run import run_colony
-from crcolony.experiments.colonies.default_world_criteria import MARGIN
+from crcolony.experiments.colonies.colony_transfer import ROBOTS, best_agent, learning_curves
+from crcolony.experiments.colonies.foraging_lives import BODIES
 from crcolony.experiments.framework.experiment import (
     Column,
     Experiment,
     Job,
-    Measured,
     Plan,
     Row,
-    pairs_of,
     values_of,
-    verdict_of,
 )
-from crcolony.experiments.framework.measured_pairs import measured_pairs
-from crcolony.experiments.framework.registration import Claim
-from crcolony.experiments.framework.statistics import (
-    LEVEL,
-    effect_size,
-    equivalence,
-    mean_interval,
-    mean_pairwise_correlation,
-    rank_correlation,
-    ratio_interval,
+from crcolony.experiments.framework.quartile_curve import draw_quartiles, quartiles_of
+from crcolony.experiments.framework.similar_curves import THIRDS
+from crcolony.experiments.learning_ability_claims import (
+    CENTRAL,
+    IMPLICIT,
+    MEASURES,
+    POTENTIALS,
 )
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-IMPLICIT, CENTRAL = "implicit", "central"
+FINAL_LIVES, TRANSFER_ARENAS = 3, 10
+"""Lives of the last agents in arenas of their own, by which the best is chosen, and arenas in which it learns in each
+body."""
 _QUICK = ("generations=6", "life.agents=4", "life.slices=2", "life.slice_steps=100")
-_POTENTIAL = "mating_potential_"
+_LEARNT = {"matings": "matings of an agent", "captures": "captured batteries of an agent"}
 _END = "mean of the last 10 generations"
 
 COLUMNS = {
@@ -70,126 +67,97 @@ COLUMNS = {
     "mating_tau_neutral": Column(f"τ of mating if it were a neutral gene, {_END}"),
     "foraging_tau_neutral": Column(f"τ of foraging if it were a neutral gene, {_END}"),
     **{
-        f"{_POTENTIAL}{k}": Column(f"potential of mating, weight {k}, mean over the last agents")
-        for k in range(Config().learning.potential_distances * Config().learning.potential_bearings)
+        name: Column(f"potential of mating, weight {k}, mean over the last agents")
+        for k, name in enumerate(POTENTIALS)
+    },
+    "slice": Column("slice of a life in which the best agent learns anew, from 1"),
+    **{
+        f"curve_{what}_{body}": Column(f"{meaning} in it, {body} body", what)
+        for what, meaning in _LEARNT.items()
+        for body in BODIES
+    },
+    **{
+        f"transfer_{what}_{part}_{body}": Column(f"{meaning}, {of}, best agent, {body} body", what)
+        for what, meaning in _LEARNT.items()
+        for part, of in (
+            *((third, f"{third} third of a life") for third in THIRDS),
+            ("life", "life"),
+        )
+        for body in BODIES
     },
 }
 
 
 def plan_jobs(plan: Plan) -> list[Job]:
-    """Return a run of each selection for each seed."""
+    """Return a run of each selection for each seed; the best agent of selection by mating then goes to all bodies."""
     quick = _QUICK if plan.is_quick else ()
-    return [
-        Job(
-            selection,
-            seed,
-            partial(run, load(None, [f"seed={seed}", f"selection={selection}", *quick])),
-        )
-        for seed in plan.seeds
-        for selection in (IMPLICIT, CENTRAL)
-    ]
+    jobs: list[Job] = []
+    for seed in plan.seeds:
+        for selection in (IMPLICIT, CENTRAL):
+            settings = (f"seed={seed}", f"selection={selection}", *quick)
+            bodies = {
+                name: load(None, [*settings, f"robots={ROBOTS}", *body])
+                for name, body in BODIES.items()
+                if selection == IMPLICIT
+            }
+            jobs.append(Job(selection, seed, partial(run, load(None, settings), bodies)))
+    return jobs
 
 
-def run(config: Config) -> Row:
-    """Run a colony; return its outcome, neutral genes beside τ, and the potential that it ends with."""
+def run(config: Config, bodies: Mapping[str, Config]) -> list[Row]:
+    """Run a colony; return its outcome, neutral genes beside τ, and the potential that it ends with.
+
+    With `bodies`, also how its best agent learns in them: a row of each slice of a life, and sums.
+    """
     lived = run_colony(config)
     schema, genotypes = lived.colony.schema, lived.genotypes
     neutral = lived.neutral_means(["mating.tau", "foraging.tau"])
-    row = asdict(lived.outcome(config.selection))
+    row: Row = asdict(lived.outcome(config.selection))
     del row["condition"], row["seed"]
     row["mating_tau_neutral"] = neutral["mating.tau"]
     row["foraging_tau_neutral"] = neutral["foraging.tau"]
-    for name in (name for name in COLUMNS if name.startswith(_POTENTIAL)):
-        gene = schema.index(f"mating.potential.{name.removeprefix(_POTENTIAL)}")
-        row[name] = float(genotypes[:, gene].mean())
-    return row
+    for k, name in enumerate(POTENTIALS):
+        row[name] = float(genotypes[:, schema.index(f"mating.potential.{k}")].mean())
+    if not bodies:
+        return [row]
+    curves, sums = _transfer(config, genotypes, bodies)
+    return [row | sums, *curves]
 
 
-def _parity(claim: Claim, rows: Sequence[Row]) -> Measured:
-    own, central = pairs_of(rows, "energy_weighted_matings_end", IMPLICIT, CENTRAL)
-    found = equivalence(own, central, MARGIN * max(float(central.mean()), 1e-12))
-    ratio = ratio_interval(own, central)
-    return measured_pairs(
-        ratio,
-        own,
-        central,
-        statistic=f"not worse by {MARGIN:.0%}: paired t-test, {own.size} pairs; equal within {MARGIN:.0%}:"
-        f" p = {found.p:.2g}",
-        p=found.p_inferior,
-        verdict=verdict_of(found.p_inferior < LEVEL, ratio.estimate >= claim.threshold),
+def _transfer(
+    config: Config, genotypes: FloatArray, bodies: Mapping[str, Config]
+) -> tuple[list[Row], Row]:
+    """Return how the best of the last agents (agents, genes) learns in each body, slice by slice and in sums."""
+    rng = np.random.default_rng([config.seed, 1])
+    choosing, arenas = (
+        rng.integers(2**62, size=count).tolist() for count in (FINAL_LIVES, TRANSFER_ARENAS)
     )
-
-
-def _better_start(claim: Claim, rows: Sequence[Row]) -> Measured:
-    own, central = pairs_of(rows, "matings_early", IMPLICIT, CENTRAL)
-    ratio = ratio_interval(own, central)
-    p = float(stats.ttest_rel(own, central, alternative="greater").pvalue)
-    return measured_pairs(
-        ratio,
-        own,
-        central,
-        statistic=f"one-sided paired t-test, {own.size} pairs",
-        p=p,
-        verdict=verdict_of(ratio.estimate > claim.threshold and p < LEVEL),
-    )
-
-
-def _tau(module: str, claim: Claim, rows: Sequence[Row]) -> Measured:
-    evolved = values_of(rows, f"{module}_tau_end", IMPLICIT)
-    neutral = values_of(rows, f"{module}_tau_neutral", IMPLICIT)
-    mean = mean_interval(evolved)
-    p = float(stats.ttest_rel(evolved, neutral, alternative="less").pvalue)
-    return Measured(
-        estimate=mean.estimate,
-        low=mean.low,
-        high=mean.high,
-        statistic=f"neutral genes end at {neutral.mean():.2f}; one-sided paired t-test against them",
-        p=p,
-        effect="A12",
-        effect_size=effect_size(evolved, neutral),
-        runs=evolved.size,
-        verdict=verdict_of(mean.estimate <= claim.threshold and p < LEVEL, p < LEVEL),
-    )
-
-
-def _lambda(claim: Claim, rows: Sequence[Row]) -> Measured:
-    matings = values_of(rows, "matings_end", IMPLICIT)
-    found = rank_correlation(matings, values_of(rows, "mating_lambda_end", IMPLICIT))
-    return Measured(
-        estimate=found.rho,
-        low=found.low,
-        high=found.high,
-        statistic="Spearman",
-        p=found.p,
-        effect="ρ",
-        effect_size=found.rho,
-        runs=matings.size,
-        verdict=verdict_of(found.rho < claim.threshold and found.p < LEVEL),
-    )
-
-
-def _potentials(claim: Claim, rows: Sequence[Row]) -> Measured:
-    names = [name for name in COLUMNS if name.startswith(_POTENTIAL)]
-    potentials: FloatArray = np.stack([values_of(rows, name, IMPLICIT) for name in names], axis=1)
-    found = mean_pairwise_correlation(potentials)
-    return Measured(
-        estimate=found.estimate,
-        low=found.low,
-        high=found.high,
-        statistic="bootstrap over runs",
-        effect="r",
-        effect_size=found.estimate,
-        runs=len(potentials),
-        verdict=verdict_of(found.high < claim.threshold, found.estimate < claim.threshold),
-    )
+    by_robot = genotypes.reshape(config.robots, config.life.agents, -1)
+    best = best_agent(config, by_robot, choosing)
+    rows: list[Row] = [{"slice": k + 1} for k in range(config.life.slices)]
+    sums: Row = {}
+    for body, other in bodies.items():
+        learnt = learning_curves(other, best, arenas)
+        for what, curve in asdict(learnt).items():
+            for slice_row, value in zip(rows, curve.tolist(), strict=True):
+                slice_row[f"curve_{what}_{body}"] = value
+            sums[f"transfer_{what}_life_{body}"] = float(curve.sum())
+            for third, part in zip(THIRDS, np.array_split(curve, len(THIRDS)), strict=True):
+                sums[f"transfer_{what}_{third}_{body}"] = float(part.sum())
+    return rows, sums
 
 
 def draw(rows: Sequence[Row]) -> "Figure":
-    """Draw every run as a point: matings early and at the end, τ beside neutral genes, and λ by matings."""
+    """Draw every run as a point: matings early and at the end, τ beside neutral genes, and λ by matings.
+
+    Below are the learning curves of the best agents in all bodies: medians, and the middle half of runs.
+    """
     from crcolony.results.plots.style import LINES, PAGE_IN, new_figure
 
-    figure = new_figure(PAGE_IN, 2.4)
-    start, tau, trace = figure.subplots(1, 3)
+    figure = new_figure(PAGE_IN, 4.8)
+    (start, tau, trace), (mating, foraging, unused) = figure.subplots(2, 3)
+    _draw_transfer(rows, {"matings": mating, "captures": foraging})
+    unused.set_axis_off()
     places = {"matings_early": "generations\n5 to 14", "matings_end": "end"}
     for k, selection in enumerate((IMPLICIT, CENTRAL)):
         for x, column in enumerate(places):
@@ -225,17 +193,15 @@ def draw(rows: Sequence[Row]) -> "Figure":
     return figure
 
 
-EXPERIMENT = Experiment(
-    name="learning-ability",
-    columns=COLUMNS,
-    jobs=plan_jobs,
-    measures={
-        "parity": _parity,
-        "better-start": _better_start,
-        "tau-mating": partial(_tau, "mating"),
-        "tau-foraging": partial(_tau, "foraging"),
-        "lambda-matings": _lambda,
-        "potentials-differ": _potentials,
-    },
-    draw=draw,
-)
+def _draw_transfer(rows: Sequence[Row], all_axes: Mapping[str, "Axes"]) -> None:
+    from crcolony.results.plots.style import LINES
+
+    for what, axes in all_axes.items():
+        for body, line in zip(BODIES, LINES, strict=False):
+            curve = quartiles_of(rows, IMPLICIT, "slice", f"curve_{what}_{body}")
+            draw_quartiles(axes, *curve, f"{body} body", line)
+        axes.set(xlabel="slice of a life", ylabel=f"{what} of an agent", ylim=(0.0, None))
+    all_axes["matings"].legend()
+
+
+EXPERIMENT = Experiment("learning-ability", COLUMNS, plan_jobs, MEASURES, draw)

@@ -1,9 +1,10 @@
 """Ticks a second of a lockstep colony of four robot processes, as `crcolony launch` starts it, on one machine.
 
 Run with `make bench`, or `python -m tests.benchmarks.bench_lockstep`. Robots share memory with their bodies, or all
-goes over the network. The baselines are bare fan-outs to four processes, with rows of the same sizes: through shared
-memory and eventfd, and over Zenoh, a put to each and a put back, and a query to each and its reply; with Zenoh's
-threads as it comes, and with two threads, as our processes have it.
+goes over the network, in the end with arena and robots on five hosts (network namespaces, where there can be any). The
+baselines are bare fan-outs to four processes, with rows of the same sizes: through shared memory and eventfd, and over
+Zenoh, a put to each and a put back, and a query to each and its reply; with Zenoh's threads as it comes, and with two
+threads, as our processes have it.
 """
 
 import contextlib
@@ -15,7 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,7 @@ from crcolony.protocol.key_expressions import ArenaKeys
 from crcolony.protocol.telemetry_messages import decode_scene
 from crcolony.transport.network_settings import NetworkSettings
 from tests.benchmarks.processes import ARENA, COLONY, Wire, child, commands, here
+from tests.support.namespaces import enter, hosts, missing_requirement
 
 ROBOTS = 4
 TURNS, TICKS = 7, 500
@@ -43,8 +45,12 @@ OBSERVATION = encode(Observation(2**61, 10**4, pack_row(np.ones(OBSERVATION_WIDT
 ACTION = encode(Action(10**4, pack_row(np.ones(ACTION_WIDTH))))
 
 
-def answer(connection: Connection, network: NetworkSettings, number: int) -> None:
+def answer(
+    connection: Connection, network: NetworkSettings, number: int, namespace: str | None
+) -> None:
     """Act on every observation, put or asked for, with nothing in between."""
+    if namespace is not None:
+        enter(namespace)
     with Wire(network, f"bench/observation/{number}") as wire:
 
         def reply(query: zenoh.Query) -> None:
@@ -59,12 +65,13 @@ def answer(connection: Connection, network: NetworkSettings, number: int) -> Non
                     wire.put("bench/action", ACTION)
 
 
-def bare(endpoint: str) -> tuple[float, float]:
-    """Return fan-outs a second by puts, and by queries."""
+def bare(endpoint: str, namespaces: Sequence[str] = ()) -> tuple[float, float]:
+    """Return fan-outs a second by puts, and by queries, to processes of this machine or in namespaces."""
     with contextlib.ExitStack() as opened:
         wire = opened.enter_context(Wire(NetworkSettings(listen=(endpoint,)), "bench/action"))
         network = NetworkSettings(connect=(endpoint,))
-        robots = [opened.enter_context(child(answer, network, k)) for k in range(ROBOTS)]
+        where: Sequence[str | None] = namespaces or [None] * ROBOTS
+        robots = [opened.enter_context(child(answer, network, k, where[k])) for k in range(ROBOTS)]
         assert [robot.recv() for robot in robots] == ["ready"] * ROBOTS
         for number in range(ROBOTS):
             wire.wait_for_subscriber(f"bench/observation/{number}")
@@ -141,8 +148,10 @@ def _fork_echo(rows: FloatArray, bell: int, acted: int) -> int:
         os.eventfd_write(acted, 1)
 
 
-def lockstep(endpoint: str, folder: Path, *options: str) -> float:
-    """Return ticks a second of an arena and four robots."""
+def lockstep(
+    endpoint: str, folder: Path, *options: str, before: Sequence[Sequence[str]] = ()
+) -> float:
+    """Return ticks a second of an arena and four robots; `before` is put in front of each of the five commands."""
     arena = ["arena", "--lockstep", "--expect", str(ROBOTS), "--listen", endpoint]
     robots = [
         [
@@ -152,9 +161,12 @@ def lockstep(endpoint: str, folder: Path, *options: str) -> float:
         for number in range(ROBOTS)
     ]  # fmt: skip
     folder.mkdir()
+    if before:
+        arena.append("--open-network")
+        robots = [[*robot, "--open-network"] for robot in robots]
     lines = [[*line, "--arena", ARENA] for line in (arena, *robots)]
     scenes = Wire(NetworkSettings(connect=(endpoint,)), ArenaKeys(ARENA).scene)
-    with commands(folder, *lines), scenes as wire:
+    with commands(folder, *lines, before=before), scenes as wire:
         first = None
         while True:
             scene, now_s = decode_scene(wire.get_telemetry()), time.perf_counter()
@@ -170,7 +182,37 @@ def apart(what: str, **environment: str) -> list[float]:
     return list(map(float, subprocess.check_output(words, env=os.environ | environment).split()))
 
 
+def on_hosts(endpoint: str, *namespaces: str) -> tuple[float, float, float]:
+    """Return what an arena in this namespace and robots in others reach: ticks a second, and bare fan-outs."""
+    prefixes = [(), *(("ip", "netns", "exec", name) for name in namespaces)]
+    with tempfile.TemporaryDirectory() as folder:
+        ticks = lockstep(endpoint, Path(folder, "hosts"), before=prefixes)
+    return ticks, *bare(endpoint, namespaces)
+
+
+def print_across_hosts() -> None:
+    """Measure a colony of five hosts."""
+    if reason := missing_requirement():
+        print(f"lockstep across hosts: not measured; {reason}")
+        return
+    with hosts(ROBOTS + 1) as lan:
+        names = [host.name for host in lan[1:]]
+        words = [*lan[0].before, sys.executable, "-m", "tests.benchmarks.bench_lockstep"]
+        words += ["--hosts", f"tcp/{lan[0].address}:7447", *names]
+        environment = os.environ | {"CRCOLONY_OPEN_NETWORK": "yes"}
+        measured = subprocess.check_output(words, env=environment, text=True).split()
+    ticks, puts, queries = map(float, measured)
+    print(f"lockstep across {ROBOTS + 1} network namespaces: {ticks:.0f} ticks a second")
+    print(
+        f"  bare fan-out of Zenoh there: by queries {queries:.0f} (ratio {ticks / queries:.2f},"
+        f" target {OF_ZENOH}), by puts {puts:.0f} (ratio {ticks / puts:.2f})"
+    )
+
+
 def main() -> None:
+    if sys.argv[1:2] == ["--hosts"]:
+        print(*on_hosts(*sys.argv[2:]))
+        return
     if sys.argv[1:] == ["--bare"]:
         print(*bare(here()))
         return
@@ -195,6 +237,7 @@ def main() -> None:
             f"  bare fan-out of Zenoh {name}: by queries {queries:.0f} (ratio {network / queries:.2f}),"
             f" by puts {puts:.0f} (ratio {network / puts:.2f})"
         )
+    print_across_hosts()
 
 
 if __name__ == "__main__":

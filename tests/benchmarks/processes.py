@@ -40,22 +40,29 @@ def child(run: Callable[..., None], *arguments: object) -> Iterator[Connection]:
 
 
 @contextlib.contextmanager
-def commands(folder: Path, *lines: Sequence[str]) -> Iterator[list[subprocess.Popen[bytes]]]:
-    """Run `crcolony` commands, each a process that logs into the folder; end them, and wait, when this is left."""
+def commands(
+    folder: Path, *lines: Sequence[str], before: Sequence[Sequence[str]] = ()
+) -> Iterator[list[subprocess.Popen[bytes]]]:
+    """Run `crcolony` commands, each a process that logs into the folder; end them, and wait, when this is left.
+
+    `before` has what is put in front of each, as to run it on another host.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     running: list[subprocess.Popen[bytes]] = []
     try:
         for number, line in enumerate(lines):
-            running.append(start(folder / f"{number}.log", line))
+            prefix = before[number] if before else ()
+            running.append(start(folder / f"{number}.log", line, prefix))
         yield running
     finally:
         stop(running)
 
 
-def start(log: Path, line: Sequence[str]) -> subprocess.Popen[bytes]:
+def start(log: Path, line: Sequence[str], before: Sequence[str] = ()) -> subprocess.Popen[bytes]:
     """Start one `crcolony` command."""
+    words = [*before, sys.executable, "-m", "crcolony", *line]
     with log.open("wb") as out:
-        return subprocess.Popen([sys.executable, "-m", "crcolony", *line], stdout=out, stderr=out)
+        return subprocess.Popen(words, stdout=out, stderr=out)
 
 
 def stop(running: Sequence[subprocess.Popen[bytes]]) -> None:

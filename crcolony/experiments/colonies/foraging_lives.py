@@ -10,9 +10,8 @@ import numpy as np
 
 from crcolony.compiled import FloatArray, IntArray
 from crcolony.config import Config, load
-from crcolony.evolution.founders import Founders
 from crcolony.evolution.genotype import Schema
-from crcolony.evolution.population import NewAgent
+from crcolony.experiments.colonies.newborn_colony import newborn_colony
 from crcolony.in_process.colony import InProcessColony
 from crcolony.robot.genes import agent_schema
 
@@ -59,21 +58,34 @@ def foraging_schema(config: Config) -> Schema:
     return agent_schema(config.learning, config.heredity)
 
 
-def forage(config: Config, genotypes: FloatArray, seed: int) -> IntArray:
+def forage(
+    config: Config, genotypes: FloatArray, seed: int, wheels: tuple[float, float] = (1.0, 1.0)
+) -> IntArray:
     """Let agents with these genotypes (agents, genes) live, in random order; return their packs (agents, WINDOWS).
 
-    These are counted in each part of a life; the very last step of all lives is left out. Raises ValueError for another
-    number of agents than the config has.
+    These are counted in each part of a life; the very last step of all lives is left out. Each wheel turns by a factor
+    faster than the robot means it to. Raises ValueError for another number of agents than the config has.
     """
+    return count_packs(new_foragers(config, genotypes, seed, wheels))
+
+
+def new_foragers(
+    config: Config, genotypes: FloatArray, seed: int, wheels: tuple[float, float] = (1.0, 1.0)
+) -> InProcessColony:
+    """Return a robot with newborn agents of these genotypes, as `forage` lets them live."""
     if genotypes.shape[0] != config.life.agents:
         raise ValueError(f"{genotypes.shape[0]} genotypes for {config.life.agents} agents")
-    agents = tuple(NewAgent(genes, None, None) for genes in genotypes)
-    founders = Founders(foraging_schema(config).digest, "", (agents,))
-    config = msgspec.structs.replace(config, seed=seed)
-    colony = InProcessColony(config, lambda _: None, founders)
+    colony = newborn_colony(msgspec.structs.replace(config, seed=seed), genotypes[None])
+    turning = colony.parameters.wheel_speeds * np.array(wheels)
+    colony.parameters = colony.parameters._replace(wheel_speeds=turning)
     colony.start()
-    packs = np.zeros((config.life.agents, WINDOWS), dtype=np.int64)
-    captures, lives = colony.batch.captures[0], config.life.agents
+    return colony
+
+
+def count_packs(colony: InProcessColony) -> IntArray:
+    """Let each agent of a robot live in the last slice that it has; return their packs (agents, WINDOWS)."""
+    captures, lives = colony.batch.captures[0], colony.config.life.agents
+    packs = np.zeros((lives, WINDOWS), dtype=np.int64)
     for life in range(lives):
         agent = int(colony.batch.agent[0])
         for window in range(WINDOWS):

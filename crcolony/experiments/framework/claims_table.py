@@ -26,18 +26,7 @@ from crcolony.experiments.framework.statistics import LEVEL, holm
 from crcolony.experiments.framework.tidy_table import check_needed_packages, read_rows
 from crcolony.storage.files import FolderError
 
-_HEADER = (
-    "claim",
-    "thesis",
-    "measured",
-    "runs",
-    "seeds",
-    "effect size",
-    "p",
-    "p, corrected",
-    "verdict",
-    "command",
-)
+_HEADER = ("claim", "thesis", "measured", "runs", "effect size", "p", "p, corrected", "verdict")
 
 
 @dataclass(frozen=True)
@@ -122,32 +111,53 @@ def _corrected(measured: Measured, p: float) -> Measured:
 
 
 def format_table(rows: Sequence[TableRow]) -> list[str]:
-    """Return the page as lines of Markdown."""
-    counts = Counter(row.measured.verdict for row in rows)
-    counted = f"{counts['reproduced']} reproduced, {counts['partly']} in part, {counts['not']} not"
+    """Return the page as lines of Markdown: a table for each experiment, and how each claim was judged."""
     lines = [
         "# Claims",
         "",
-        f"{len(rows)} claims: {counted}. Made by `crcolony claims` from the rows of the runs alone"
+        f"{len(rows)} claims: {count_verdicts(rows)}. Made by `crcolony claims` from the rows of the runs alone"
         " (see [experiments.md](experiments.md)); estimates with 95 % intervals. Tests and thresholds were written"
-        " down before the runs; p is corrected for the number of tests in this table (Holm), and what is not"
+        " down before the runs; p is corrected for the number of tests on this page (Holm), and what is not"
         " significant then is at most reproduced in part.",
-        "",
-        f"| {' | '.join(_HEADER)} |",
-        f"|{'---|' * len(_HEADER)}",
-        *(f"| {' | '.join(map(_escaped, _cells(row)))} |" for row in rows),
-        "",
-        "## How each was judged",
-        "",
     ]
-    for row in rows:
-        lines.append(
-            f"- *{row.description.experiment}, {row.claim.id}.* {row.claim.quantity}. {row.claim.test}."
-            f" Measured: {row.measured.statistic}."
-            + f" Tried: {row.tried}"
-            * bool(row.tried and row.measured.verdict != "reproduced")
-        )
+    for name, own in by_experiment(rows).items():
+        registration = summaries()[name]
+        lines += [
+            "",
+            f"## {name}",
+            "",
+            f"{registration.summary} ({registration.source}). {own[0].description.seeds} seeds:"
+            f" `{command_of(own[0].description)}`",
+            "",
+            f"| {' | '.join(_HEADER)} |",
+            f"|{'---|' * len(_HEADER)}",
+            *(f"| {' | '.join(map(_escaped, _cells(row)))} |" for row in own),
+            "",
+            *map(_judged, own),
+        ]
     return lines
+
+
+def by_experiment(rows: Sequence[TableRow]) -> dict[str, list[TableRow]]:
+    """Return the rows of each experiment by its name, in their order."""
+    found: dict[str, list[TableRow]] = {}
+    for row in rows:
+        found.setdefault(row.description.experiment, []).append(row)
+    return found
+
+
+def count_verdicts(rows: Sequence[TableRow]) -> str:
+    """Return how many claims have which verdict, in words."""
+    counts = Counter(row.measured.verdict for row in rows)
+    return f"{counts['reproduced']} reproduced, {counts['partly']} in part, {counts['not']} not"
+
+
+def _judged(row: TableRow) -> str:
+    tried = f" Tried: {row.tried}" if row.tried and row.measured.verdict != "reproduced" else ""
+    return (
+        f"- *{row.claim.id}.* {row.claim.quantity}. {row.claim.test}."
+        f" Measured: {row.measured.statistic}.{tried}"
+    )
 
 
 def _cells(row: TableRow) -> tuple[str, ...]:
@@ -158,16 +168,14 @@ def _cells(row: TableRow) -> tuple[str, ...]:
         row.claim.thesis,
         estimate_text(measured),
         str(measured.runs),
-        str(row.description.seeds),
         effect,
         _format_p(measured.p),
         _format_p(row.corrected_p),
         verdict_text(measured),
-        f"`{_command(row.description)}`",
     )
 
 
-def _command(description: Description) -> str:
+def command_of(description: Description) -> str:
     """Return the command that runs this again, with what is not the default."""
     default = summaries()[description.experiment].seeds
     words = f"crcolony experiment {description.experiment}"

@@ -1,4 +1,4 @@
-"""What was measured of a claim that compares two conditions, a run of each for every seed."""
+"""What was measured of a claim that compares pairs: two conditions, a run of each for every seed, or two columns."""
 
 import math
 
@@ -15,8 +15,12 @@ def measured_pairs(
     statistic: str,
     verdict: Verdict,
     p: float = math.nan,
+    runs_a_pair: int = 2,
 ) -> Measured:
-    """Return an estimate over pairs of runs, (pairs,) each, with A12 as its effect size (Vargha & Delaney 2000)."""
+    """Return an estimate over pairs, (pairs,) each, with A12 as its effect size (Vargha & Delaney 2000).
+
+    Two columns of the same runs are one run a pair.
+    """
     return Measured(
         estimate=found.estimate,
         low=found.low,
@@ -25,6 +29,6 @@ def measured_pairs(
         p=p,
         effect="A12",
         effect_size=effect_size(one, other),
-        runs=2 * one.size,
+        runs=runs_a_pair * one.size,
         verdict=verdict,
     )

@@ -5,9 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crcolony.experiments.foraging_transfer_claims import BOTH, MEASURES, META_ALONE, THIRDS
+from crcolony.experiments.foraging_transfer_claims import BOTH, MEASURES, META_ALONE
 from crcolony.experiments.framework.catalogue import summaries
 from crcolony.experiments.framework.experiment import Row
+from crcolony.experiments.framework.similar_curves import THIRDS
 
 CLAIMS = {claim.id: claim for claim in summaries()["foraging-transfer"].claims}
 RUNS = 8

@@ -1,92 +1,45 @@
-"""The claims of Paper III are judged as they were registered, whatever the runs show."""
+"""The experiment on the learning ability: what its runs are, and what a run leaves."""
 
 from typing import Any
 
 import numpy as np
-import pytest
 
 from crcolony.config import Config
-from crcolony.experiments.framework.catalogue import summaries
-from crcolony.experiments.framework.experiment import Plan, Row
-from crcolony.experiments.learning_ability import COLUMNS, EXPERIMENT, draw
-
-CLAIMS = {claim.id: claim for claim in summaries()["learning-ability"].claims}
-RUNS = 12
+from crcolony.experiments.framework.experiment import CONDITION, SEED, Plan, Row
+from crcolony.experiments.learning_ability import COLUMNS, EXPERIMENT
 
 
-def rows_with(condition: str, **columns: Any) -> list[Row]:
-    """Return rows of a condition: a column is one number, or one for each run; potentials are noise."""
-    rng = np.random.default_rng(len(condition))
+def test_a_quick_run_has_all_columns_and_a_figure_of_every_run() -> None:
+    """The best agent of selection by mating goes to all bodies; its matings and captures are those of its slices."""
     rows: list[Row] = []
-    for k in range(RUNS):
-        row: Row = {"condition": condition, "seed": k + 1}
-        for name in COLUMNS:
-            row[name] = float(rng.normal())
-        row.update({name: float(np.broadcast_to(v, RUNS)[k]) for name, v in columns.items()})
-        rows.append(row)
-    return rows
-
-
-def verdict(claim: str, own: dict[str, Any], central: dict[str, Any] | None = None) -> str:
-    rows = rows_with("implicit", **own) + rows_with("central", **(central or {}))
-    return EXPERIMENT.measures[claim](CLAIMS[claim], rows).verdict
-
-
-NOISE = np.linspace(-0.1, 0.1, RUNS)
-
-
-@pytest.mark.parametrize(("own", "expected"), [(6.0, "reproduced"), (5.5, "partly"), (3.0, "not")])
-def test_parity_is_to_be_not_worse_by_a_tenth(own: float, expected: str) -> None:
-    """Nearer to the margin than the runs can tell it is reproduced in part."""
-    name = "energy_weighted_matings_end"
-    assert verdict("parity", {name: own + 10 * NOISE}, {name: 6.0}) == expected
-
-
-def test_a_better_start_is_significant() -> None:
-    """More matings early; as many are no better start."""
-    other = {"matings_early": 1.0 + NOISE}
-    assert verdict("better-start", {"matings_early": 1.2 + NOISE[::-1]}, other) == "reproduced"
-    assert verdict("better-start", {"matings_early": 1.0 + NOISE[::-1]}, other) == "not"
-
-
-@pytest.mark.parametrize("module", ["mating", "foraging"])
-@pytest.mark.parametrize(("tau", "expected"), [(0.05, "reproduced"), (0.3, "partly"), (0.5, "not")])
-def test_tau_goes_to_zero_further_than_a_neutral_gene(
-    module: str, tau: float, expected: str
-) -> None:
-    """Lower than that, but not near 0, it is reproduced in part."""
-    own = {f"{module}_tau_end": tau + NOISE / 10, f"{module}_tau_neutral": 0.5 - NOISE / 5}
-    assert verdict(f"tau-{module}", own) == expected
-
-
-def test_the_correlation_of_matings_and_lambda_must_be_negative() -> None:
-    """And significant."""
-    for slope, expected in ((-1.0, "reproduced"), (1.0, "not")):
-        own = {"matings_end": NOISE, "mating_lambda_end": slope * NOISE}
-        assert verdict("lambda-matings", own) == expected
-    alternating = {"matings_end": NOISE, "mating_lambda_end": np.tile([0.1, 0.2], RUNS // 2)}
-    assert verdict("lambda-matings", alternating) == "not"
-
-
-def test_potentials_differ_if_they_have_little_in_common() -> None:
-    """Those of noise do; those of all runs alike do not."""
-    assert verdict("potentials-differ", {}) == "reproduced"
-    names = [name for name in COLUMNS if name.startswith("mating_potential_")]
-    alike = {name: k + NOISE / 10 for k, name in enumerate(names)}
-    assert verdict("potentials-differ", alike) == "not"
+    for job in EXPERIMENT.jobs(Plan([7], True)):
+        found = job.run()
+        rows += [{CONDITION: job.condition, SEED: job.seed, **row} for row in found]  # type: ignore[dict-item]
+    assert {name for row in rows for name in row} - {CONDITION, SEED} == set(COLUMNS)
+    own, *slices = [row for row in rows if row[CONDITION] == "implicit"]
+    assert len(slices) == 2
+    assert len(rows) == 4
+    for what in ("matings", "captures"):
+        for body in ("own", "worn", "delayed"):
+            lived = sum(float(row[f"curve_{what}_{body}"]) for row in slices)
+            assert np.isclose(lived, float(own[f"transfer_{what}_life_{body}"]))
+            thirds = [f"transfer_{what}_{third}_{body}" for third in ("first", "second", "last")]
+            assert np.isclose(lived, sum(float(own[third]) for third in thirds))
+    start, *_, mating, captures, _unused = EXPERIMENT.draw(rows).axes
+    assert sum(np.asarray(line.get_xdata()).size for line in start.lines) == 4
+    assert [len(axes.lines) for axes in (mating, captures)] == [3, 3]
 
 
 def test_conditions_differ_in_selection_alone() -> None:
-    """And runs in their seed; all else is the default world."""
-    configs = {(job.condition, job.seed): job.run.args[0] for job in EXPERIMENT.jobs(Plan([3, 4]))}  # type: ignore[attr-defined]
-    assert configs["implicit", 3] == Config(seed=3)
-    assert configs["central", 4] == Config(seed=4, selection="central")
-    assert len(configs) == 4
-
-
-def test_the_figure_has_every_run() -> None:
-    """A point for each."""
-    figure = draw(rows_with("implicit") + rows_with("central"))
-    start = figure.axes[0]
-    points = [np.asarray(line.get_xdata()).size for line in start.lines]
-    assert sum(points) == 4 * RUNS
+    """And runs in their seed; all else is the default world. Other bodies are those of two robots."""
+    runs: dict[Any, Any] = {
+        (job.condition, job.seed): job.run.args  # type: ignore[attr-defined]
+        for job in EXPERIMENT.jobs(Plan([3, 4]))
+    }
+    assert len(runs) == 4
+    config, bodies = runs["implicit", 3]
+    assert config == Config(seed=3)
+    assert runs["central", 4] == (Config(seed=4, selection="central"), {})
+    assert bodies["own"] == Config(seed=3, robots=2)
+    assert bodies["worn"].body.noise.distance_m > 0.0
+    assert bodies["delayed"].body.action_latency_steps == 1

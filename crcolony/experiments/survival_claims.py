@@ -1,0 +1,63 @@
+"""How the claims about the evolution of survival and its transfer are measured, from the rows of all runs."""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+
+from scipy import stats
+
+from crcolony.experiments.framework.experiment import (
+    Measured,
+    Row,
+    pairs_of,
+    values_of,
+    verdict_of,
+)
+from crcolony.experiments.framework.measured_pairs import measured_pairs
+from crcolony.experiments.framework.registration import Claim
+from crcolony.experiments.framework.statistics import LEVEL, effect_size, ratio_interval
+
+AUTONOMOUS, CENTRAL = "autonomous", "central"
+
+
+def _has_more(
+    column: str, unit: str, more: str, less: str, claim: Claim, rows: Sequence[Row]
+) -> Measured:
+    """Measure that the runs of one selection have more of something than those of the other."""
+    high, low = pairs_of(rows, column, more, less)
+    ratio = ratio_interval(high, low)
+    p = float(stats.ttest_rel(high, low, alternative="greater").pvalue)
+    return measured_pairs(
+        ratio,
+        high,
+        low,
+        statistic=f"{high.mean():.2f} against {low.mean():.2f} {unit}; one-sided paired t-test, {high.size} pairs",
+        p=p,
+        verdict=verdict_of(ratio.estimate > claim.threshold and p < LEVEL),
+    )
+
+
+def _rises(before: str, after: str, unit: str, claim: Claim, rows: Sequence[Row]) -> Measured:
+    """Measure that something rises, from one column to another, in the runs of autonomous selection."""
+    early, late = (values_of(rows, column, AUTONOMOUS) for column in (before, after))
+    ratio = ratio_interval(late, early)
+    p = float(stats.ttest_rel(late, early, alternative="greater").pvalue)
+    return Measured(
+        estimate=ratio.estimate,
+        low=ratio.low,
+        high=ratio.high,
+        statistic=f"from {early.mean():.2f} to {late.mean():.2f} {unit}; one-sided paired t-test, {late.size} runs",
+        p=p,
+        effect="A12",
+        effect_size=effect_size(late, early),
+        runs=late.size,
+        verdict=verdict_of(ratio.estimate > claim.threshold and p < LEVEL),
+    )
+
+
+MEASURES: Mapping[str, Callable[[Claim, Sequence[Row]], Measured]] = {
+    "central-captures-more": partial(_has_more, "captures_end", "packs", CENTRAL, AUTONOMOUS),
+    "autonomous-mates-more": partial(_has_more, "matings_end", "matings", AUTONOMOUS, CENTRAL),
+    "matings-rise": partial(_rises, "matings_first", "matings_end", "matings"),
+    "captures-rise": partial(_rises, "captures_first", "captures_end", "packs"),
+    "transfer-rises": partial(_rises, "captures_transferred", "captures_adapted", "packs"),
+}

@@ -34,7 +34,7 @@ LEASE_S = 1.5
 """A token goes at a peer after this long without a heartbeat."""
 HEARTBEAT_S = 0.25
 """Time between two heartbeats."""
-_DELAY_S = 0.02
+DELAY_S = 0.02
 """Mean delay of a message."""
 _TAIL_S = 0.6
 """Mean delay of a message that takes far longer."""
@@ -56,6 +56,11 @@ class Schedule:
         self.now_s = 0.0
         self._due: list[tuple[float, int, Callable[[], None]]] = []
         self._entries = 0
+
+    @property
+    def next_s(self) -> float:
+        """When the next action is due, infinity if none is."""
+        return self._due[0][0] if self._due else math.inf
 
     def at(self, at_s: float, action: Callable[[], None]) -> None:
         """Run an action at a time, or now if that is past; at the same time, in the order of these calls."""
@@ -198,7 +203,7 @@ class SimulatedNetwork:
         elif link in self._clogged:
             self._clogged[link].append((event, until_s))
         elif self.is_fault_free:
-            self._schedule.after(self._exponential(_DELAY_S), arrive)
+            self._schedule.after(self._exponential(DELAY_S), arrive)
         else:
             if self._draw(self._faults.loss):
                 self.counts["losses"] += 1
@@ -219,7 +224,7 @@ class SimulatedNetwork:
 
     def _delay_s(self) -> float:
         is_slow = self._draw(self._faults.tail)
-        return self._exponential(_TAIL_S if is_slow else _DELAY_S)
+        return self._exponential(_TAIL_S if is_slow else DELAY_S)
 
     def _exponential(self, mean_s: float) -> float:
         return -mean_s * math.log(1.0 - self._rng.random())

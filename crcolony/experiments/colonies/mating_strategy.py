@@ -34,6 +34,19 @@ def threshold_of(genes: FloatArray, schema: Schema) -> float:
     return 0.0 if hungry > 0.0 else float(hungry / (hungry - full))
 
 
+def mating_range_of(genotypes: FloatArray, schema: Schema, battery: bool, mate: bool) -> FloatArray:
+    """Return at which share of all energies from 0 to 1 every genotype (agents, genes) selects mating, (agents,).
+
+    `battery` and `mate` say what is in sight.
+    """
+    hungry, full = _outputs(genotypes, schema, float(battery), float(mate))
+    above = np.maximum(np.maximum(hungry, full), 0.0)
+    below = np.maximum(-np.minimum(hungry, full), 0.0)
+    extent = above + below
+    shares: FloatArray = np.divide(above, extent, out=np.zeros_like(extent), where=extent > 0.0)
+    return shares
+
+
 def as_forager(genes: FloatArray, schema: Schema) -> FloatArray:
     """Return the genes of a forager: these, or with as much more attention to batteries as that takes."""
     hungry, full = _outputs(genes, schema)
@@ -58,10 +71,12 @@ def _attending(genes: FloatArray, schema: Schema, change: float) -> FloatArray:
     return changed
 
 
-def _outputs(genotypes: FloatArray, schema: Schema) -> tuple[FloatArray, FloatArray]:
-    """Return the outputs of the selector for mating with both in sight, at energies 0 and 1."""
-    bias, energy, battery, mate = (
+def _outputs(
+    genotypes: FloatArray, schema: Schema, battery: float = 1.0, mate: float = 1.0
+) -> tuple[FloatArray, FloatArray]:
+    """Return the outputs of the selector for mating, by default with both in sight, at energies 0 and 1."""
+    bias, energy, to_battery, to_mate = (
         genotypes[..., schema.index(name)] for name in (_BIAS, _ENERGY, _BATTERY, _MATE)
     )
-    hungry = bias + battery + mate
+    hungry = bias + battery * to_battery + mate * to_mate
     return hungry, hungry + energy

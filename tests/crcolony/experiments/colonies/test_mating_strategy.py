@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from crcolony.compiled import FloatArray
@@ -13,6 +13,7 @@ from crcolony.experiments.colonies.mating_strategy import (
     TRACKER,
     as_forager,
     as_tracker,
+    mating_range_of,
     strategies_of,
     threshold_of,
 )
@@ -93,3 +94,18 @@ def test_one_that_is_made_a_tracker_tracks_from_the_middle_on() -> None:
     """Where its drive to mate rises with energy."""
     tracker = as_tracker(genes_with(-2.0, 1.0, 0.0, 0.0), SCHEMA)
     assert threshold_of(tracker, SCHEMA) == pytest.approx(0.5, abs=1e-3)
+
+
+@settings(max_examples=40)
+@given(weights, st.booleans(), st.booleans())
+def test_a_mating_range_is_how_many_of_all_energies_choose_to_mate(
+    selector: tuple[float, float, float, float], battery: bool, mate: bool
+) -> None:
+    """As the selector of a robot chooses, whatever is in sight."""
+    genes = genes_with(*selector)
+    seen = np.array([battery, mate], dtype=np.float64)
+    energies = (np.arange(100) + 0.5) / 100
+    chosen = [select_module(genes, energy, seen, 2) == TRACKS for energy in energies.tolist()]
+    found = mating_range_of(genes[None], SCHEMA, battery, mate)
+    assert found.shape == (1,)
+    assert found[0] == pytest.approx(np.mean(chosen), abs=0.011)

@@ -82,7 +82,7 @@ def test_all_conditions_and_seeds_are_run_written_and_reported(tmp_path: Path) -
 
 def test_a_comparison_that_is_stopped_can_be_resumed(tmp_path: Path) -> None:
     """Ctrl-C ends it with a line on how to resume, and the outcomes are those of one that was not stopped."""
-    words = ("--generations", 10, "--seeds", 4, "--set", "life.agents=30", "--out")
+    words = ("--generations", 5, "--seeds", 4, "--set", "life.agents=20", "--out")
     whole = subprocess.run(
         command(*words, tmp_path / "whole"), capture_output=True, text=True, timeout=250
     )

@@ -60,7 +60,7 @@ _SETTINGS = {
 }
 """With shaping, and without"""
 _COMPETITION = CarSettings(individuals=50, generations=20, episodes=10)
-"""Instances, competitions and episodes between them: a quarter of the episodes in which meta-parameters evolve alone."""
+"""Instances, competitions and episodes between them: a quarter of what meta-parameters alone evolve in."""
 _QUICK, _QUICK_LIVES = CarSettings(individuals=10, generations=4, episodes=3), 2
 _QUICK_COMPETITION = CarSettings(individuals=3, generations=12, episodes=10)
 _NEWBORN_EPISODES = 20
@@ -97,8 +97,8 @@ COLUMNS = {
     ),
     "car_steps": Column("steps of all lives of the evolutionary run", "steps"),
     "newborn_steps": Column(
-        f"steps of an episode, mean over a life of {_NEWBORN_EPISODES} episodes that begins with nothing learnt, and the"
-        " last meta-parameters, median over individuals",
+        f"steps of an episode, mean over a life of {_NEWBORN_EPISODES} episodes that begins with nothing learnt,"
+        " and the last meta-parameters, median over individuals",
         "steps",
     ),
     "alpha_first": Column("gene alpha, mean over instances, in the first episodes"),

@@ -87,7 +87,7 @@ STARTS_WORKERS = """
 import sys
 from pathlib import Path
 from crcolony.experiments.pools.worker_processes import worker_processes
-from tests.crcolony.experiments.test_worker_processes import work_until_stopped
+from tests.crcolony.experiments.pools.test_worker_processes import work_until_stopped
 
 if __name__ == "__main__":
     with worker_processes(2, lambda: True) as executor:

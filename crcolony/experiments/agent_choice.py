@@ -10,7 +10,6 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import msgspec
-from scipy import stats
 
 from crcolony.config import Config, load
 from crcolony.experiments.colonies.colony_run import founders_of, run_colony
@@ -29,7 +28,7 @@ from crcolony.experiments.framework.experiment import (
 from crcolony.experiments.framework.measured_pairs import measured_pairs
 from crcolony.experiments.framework.quartile_curve import draw_quartiles, quartiles_of
 from crcolony.experiments.framework.registration import Claim
-from crcolony.experiments.framework.statistics import LEVEL, ratio_interval
+from crcolony.experiments.framework.statistics import LEVEL, one_sided_p, ratio_interval
 from crcolony.in_process.colony import InProcessColony
 
 if TYPE_CHECKING:
@@ -102,7 +101,7 @@ def _ahead(column: str, way: str, claim: Claim, rows: Sequence[Row]) -> Measured
     """Measure the ratio of a column, of an informed way over the random one."""
     own, others = pairs_of(rows, column, way, RANDOM)
     ratio = ratio_interval(own, others)
-    p = float(stats.ttest_rel(own, others, alternative="greater").pvalue)
+    p = one_sided_p(own - others, 0.0, "greater")
     return measured_pairs(
         ratio,
         own,

@@ -15,6 +15,7 @@ from crcolony.experiments.framework.statistics import (
     equivalence,
     holm,
     mean_interval,
+    one_sided_p,
     ratio_interval,
 )
 from crcolony.robot.genes import META_PARAMETERS
@@ -73,7 +74,7 @@ def _spread(differences: FloatArray) -> float:
 def _delivered(claim: Claim, rows: Sequence[Row]) -> Measured:
     failed = values_of(rows, "failed", LOSS)
     mean = mean_interval(failed)
-    p = float(stats.ttest_1samp(failed, claim.threshold, alternative="less").pvalue)
+    p = one_sided_p(failed, claim.threshold, "less")
     shares = ", ".join(
         f"{values_of(rows, 'failed', condition_of(loss, kills)).mean():.2%}"
         for kills in KILLS
@@ -102,7 +103,7 @@ def _conceptions_fall(claim: Claim, rows: Sequence[Row]) -> Measured:
     ]
     slopes = np.polyfit(LOSSES, np.array(by_loss), 1)[0]
     mean = mean_interval(slopes)
-    p = float(stats.ttest_1samp(slopes, claim.threshold, alternative="less").pvalue)
+    p = one_sided_p(slopes, claim.threshold, "less")
     means = ", ".join(f"{values.mean():.2f}" for values in by_loss)
     return Measured(
         estimate=mean.estimate,

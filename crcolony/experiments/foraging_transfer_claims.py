@@ -3,8 +3,6 @@
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-from scipy import stats
-
 from crcolony.experiments.framework.experiment import Measured, Row, pairs_of, values_of, verdict_of
 from crcolony.experiments.framework.measured_pairs import measured_pairs
 from crcolony.experiments.framework.registration import Claim
@@ -13,6 +11,7 @@ from crcolony.experiments.framework.statistics import (
     LEVEL,
     effect_size,
     mean_interval,
+    one_sided_p,
     ratio_interval,
 )
 
@@ -31,7 +30,7 @@ def _similar_curves(body: str, claim: Claim, rows: Sequence[Row]) -> Measured:
 def _captures_more(column: str, claim: Claim, rows: Sequence[Row]) -> Measured:
     both, alone = pairs_of(rows, column, BOTH, META_ALONE)
     ratio = ratio_interval(both, alone)
-    p = float(stats.ttest_rel(both, alone, alternative="greater").pvalue)
+    p = one_sided_p(both - alone, 0.0, "greater")
     return measured_pairs(
         ratio,
         both,
@@ -46,7 +45,7 @@ def _small_lambda(claim: Claim, rows: Sequence[Row]) -> Measured:
     evolved = values_of(rows, "lambda_end", BOTH)
     alone = values_of(rows, "lambda_end", META_ALONE)
     mean = mean_interval(evolved)
-    p = float(stats.ttest_1samp(evolved, _NEUTRAL, alternative="less").pvalue)
+    p = one_sided_p(evolved, _NEUTRAL, "less")
     return Measured(
         estimate=mean.estimate,
         low=mean.low,
@@ -63,7 +62,7 @@ def _greedy(claim: Claim, rows: Sequence[Row]) -> Measured:
     founders = values_of(rows, "temperature_first", BOTH)
     evolved = values_of(rows, "temperature_end", BOTH)
     ratio = ratio_interval(evolved, founders)
-    p = float(stats.ttest_rel(evolved, founders, alternative="less").pvalue)
+    p = one_sided_p(evolved - founders, 0.0, "less")
     return Measured(
         estimate=ratio.estimate,
         low=ratio.low,

@@ -5,7 +5,6 @@ from functools import partial
 from typing import Literal
 
 import numpy as np
-from scipy import stats
 
 from crcolony.compiled import FloatArray, IntArray
 from crcolony.experiments.framework.experiment import (
@@ -19,10 +18,10 @@ from crcolony.experiments.framework.measured_pairs import measured_pairs
 from crcolony.experiments.framework.registration import Claim
 from crcolony.experiments.framework.statistics import (
     LEVEL,
-    MIN_RUNS,
     effect_size,
     equivalence,
     mean_interval,
+    one_sided_p,
     ratio_interval,
 )
 
@@ -104,7 +103,7 @@ def _minimal(inheritance: str, claim: Claim, rows: Sequence[Row]) -> Measured:
         pairs_of(rows, column, condition_of(name, inheritance), DRIFT) for name in ENVIRONMENTS
     ]
     ratios = [ratio_interval(evolved, drifted) for evolved, drifted in per_environment]
-    p_values = [_p_of_pairs(evolved, drifted, "less") for evolved, drifted in per_environment]
+    p_values = [one_sided_p(evolved - drifted, 0.0, "less") for evolved, drifted in per_environment]
     are_met = [
         ratio.estimate < claim.threshold and p < LEVEL
         for ratio, p in zip(ratios, p_values, strict=True)
@@ -127,10 +126,22 @@ def _minimal(inheritance: str, claim: Claim, rows: Sequence[Row]) -> Measured:
     )
 
 
-def _ahead(cell: Sequence[str], claim: Claim, rows: Sequence[Row]) -> Measured:
-    lamarckian, darwinian = _inheritances(rows, "fitness_end", *cell)
+def _differs(
+    alternative: Literal["less", "greater"],
+    column: str,
+    cell: Sequence[str],
+    claim: Claim,
+    rows: Sequence[Row],
+) -> Measured:
+    """Measure whether Lamarckian runs have more packs than Darwinian ones, or less, and by the factor claimed."""
+    lamarckian, darwinian = _inheritances(rows, column, *cell)
     ratio = ratio_interval(lamarckian, darwinian)
-    p = _p_of_pairs(lamarckian, darwinian, "greater")
+    p = one_sided_p(lamarckian - darwinian, 0.0, alternative)
+    is_beyond = (
+        ratio.estimate > claim.threshold
+        if alternative == "greater"
+        else ratio.estimate < claim.threshold
+    )
     return measured_pairs(
         ratio,
         lamarckian,
@@ -138,7 +149,7 @@ def _ahead(cell: Sequence[str], claim: Claim, rows: Sequence[Row]) -> Measured:
         statistic=f"{lamarckian.mean():.1f} of {darwinian.mean():.1f} packs;"
         f" one-sided paired t-test, {lamarckian.size} pairs",
         p=p,
-        verdict=verdict_of(ratio.estimate > claim.threshold and p < LEVEL, p < LEVEL),
+        verdict=verdict_of(is_beyond and p < LEVEL, p < LEVEL),
     )
 
 
@@ -163,7 +174,7 @@ def _grows_with_difficulty(claim: Claim, rows: Sequence[Row]) -> Measured:
         for one, other in (_inheritances(rows, "fitness_end", name) for name in (WALLED, IN_SIGHT))
     )
     mean = mean_interval(hard - easy)
-    p = _p_of_pairs(hard, easy, "greater")
+    p = one_sided_p(hard - easy, 0.0, "greater")
     return Measured(
         estimate=mean.estimate,
         low=mean.low,
@@ -174,21 +185,6 @@ def _grows_with_difficulty(claim: Claim, rows: Sequence[Row]) -> Measured:
         effect_size=effect_size(hard, easy),
         runs=4 * hard.size,
         verdict=verdict_of(mean.estimate > claim.threshold and p < LEVEL),
-    )
-
-
-def _loses(claim: Claim, rows: Sequence[Row]) -> Measured:
-    lamarckian, darwinian = _inheritances(rows, "fitness_late", CHANGES[0], SENSES[0])
-    ratio = ratio_interval(lamarckian, darwinian)
-    p = _p_of_pairs(lamarckian, darwinian, "less")
-    return measured_pairs(
-        ratio,
-        lamarckian,
-        darwinian,
-        statistic=f"{lamarckian.mean():.1f} of {darwinian.mean():.1f} packs;"
-        f" one-sided paired t-test, {lamarckian.size} pairs",
-        p=p,
-        verdict=verdict_of(ratio.estimate < claim.threshold and p < LEVEL),
     )
 
 
@@ -219,27 +215,16 @@ def _margin(share: float, values: FloatArray) -> float:
     return share * max(float(values.mean()), 1e-12)
 
 
-def _p_of_pairs(
-    one: FloatArray, other: FloatArray, alternative: Literal["less", "greater"]
-) -> float:
-    """Return p of a one-sided paired t-test; NaN where runs are too few, 1 where no pair differs."""
-    if one.size < MIN_RUNS:
-        return float("nan")
-    if not (one - other).any():
-        return 1.0
-    return float(stats.ttest_rel(one, other, alternative=alternative).pvalue)
-
-
 MEASURES: Mapping[str, Measure] = {
     "follows-environment": _follows_environment,
     "minimal-darwinian": partial(_minimal, DARWINIAN),
     "minimal-lamarckian": partial(_minimal, LAMARCKIAN),
-    "lamarckian-ahead": partial(_ahead, (WALLED,)),
+    "lamarckian-ahead": partial(_differs, "greater", "fitness_end", (WALLED,)),
     "lamarckian-not-ahead": partial(_not_ahead, (IN_SIGHT,)),
     "grows-with-difficulty": _grows_with_difficulty,
-    "long-lives-ahead": partial(_ahead, (WALL_IN_VIEW, LONG_LIVES)),
+    "long-lives-ahead": partial(_differs, "greater", "fitness_end", (WALL_IN_VIEW, LONG_LIVES)),
     "long-lives-not-ahead": partial(_not_ahead, (IN_SIGHT, LONG_LIVES)),
-    "conflicting-unsensed": _loses,
+    "conflicting-unsensed": partial(_differs, "less", "fitness_late", (CHANGES[0], SENSES[0])),
     "conflicting-sensed": partial(_does_not_lose, CHANGES[0], SENSES[1]),
     "harmless-unsensed": partial(_does_not_lose, CHANGES[1], SENSES[0]),
     "harmless-sensed": partial(_does_not_lose, CHANGES[1], SENSES[1]),

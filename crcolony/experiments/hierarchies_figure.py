@@ -1,15 +1,14 @@
 """The figure of evolved hierarchies: curves and the best graph of each environment, and the 2 x 2 of changes."""
 
-from collections import defaultdict
 from collections.abc import Sequence
 from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crcolony.compiled import FloatArray
 from crcolony.evolution.typed_tree import Tree, parse_tree
 from crcolony.experiments.framework.experiment import CONDITION, Row, pairs_of
+from crcolony.experiments.framework.quartile_curve import draw_quartiles, quartiles_of
 from crcolony.experiments.framework.statistics import mean_interval
 from crcolony.experiments.hierarchies_claims import (
     CHANGES,
@@ -48,22 +47,13 @@ def _draw_curves(axes: "Axes", rows: Sequence[Row], name: str, is_first: bool) -
     from crcolony.results.plots.style import LINES
 
     for line, inheritance in zip(LINES, INHERITANCES, strict=False):
-        curve = _curve(rows, condition_of(name, inheritance))
-        axes.plot(np.arange(curve.size), curve, label=inheritance, **line)
+        curve = quartiles_of(rows, condition_of(name, inheritance), "generation", "mean_fitness")
+        draw_quartiles(axes, *curve, inheritance, line)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set(title=name, xlabel="generation", ylim=(0.0, None))
     if is_first:
         axes.set_ylabel("packs brought home")
         axes.legend(loc="lower right")
-
-
-def _curve(rows: Sequence[Row], condition: str) -> FloatArray:
-    """Return the mean over runs, by generation."""
-    values: defaultdict[int, list[float]] = defaultdict(list)
-    for row in rows:
-        if row[CONDITION] == condition and "generation" in row:
-            values[int(row["generation"])].append(float(row["mean_fitness"]))
-    return np.array([np.mean(values[generation]) for generation in sorted(values)])
 
 
 def _draw_best(axes: "Axes", rows: Sequence[Row], name: str) -> None:

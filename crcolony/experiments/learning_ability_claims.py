@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
-from scipy import stats
 
 from crcolony.compiled import FloatArray
 from crcolony.config import Config
@@ -19,6 +18,7 @@ from crcolony.experiments.framework.statistics import (
     equivalence,
     mean_interval,
     mean_pairwise_correlation,
+    one_sided_p,
     rank_correlation,
     ratio_interval,
 )
@@ -49,7 +49,7 @@ def _parity(claim: Claim, rows: Sequence[Row]) -> Measured:
 def _better_start(claim: Claim, rows: Sequence[Row]) -> Measured:
     own, central = pairs_of(rows, "matings_early", IMPLICIT, CENTRAL)
     ratio = ratio_interval(own, central)
-    p = float(stats.ttest_rel(own, central, alternative="greater").pvalue)
+    p = one_sided_p(own - central, 0.0, "greater")
     return measured_pairs(
         ratio,
         own,
@@ -64,7 +64,7 @@ def _tau(module: str, claim: Claim, rows: Sequence[Row]) -> Measured:
     evolved = values_of(rows, f"{module}_tau_end", IMPLICIT)
     neutral = values_of(rows, f"{module}_tau_neutral", IMPLICIT)
     mean = mean_interval(evolved)
-    p = float(stats.ttest_rel(evolved, neutral, alternative="less").pvalue)
+    p = one_sided_p(evolved - neutral, 0.0, "less")
     return Measured(
         estimate=mean.estimate,
         low=mean.low,

@@ -8,7 +8,12 @@ from scipy import stats
 from crcolony.compiled import FloatArray
 from crcolony.experiments.framework.experiment import CONDITION, SEED, Measured, Row, verdict_of
 from crcolony.experiments.framework.registration import Claim
-from crcolony.experiments.framework.statistics import LEVEL, mean_interval, rank_correlation
+from crcolony.experiments.framework.statistics import (
+    LEVEL,
+    mean_interval,
+    one_sided_p,
+    rank_correlation,
+)
 
 DENSITIES = (1.0, 1.5, 2.0, 4.0)
 """Batteries for each robot; 2 in the default world"""
@@ -104,7 +109,7 @@ def _rare_is_better(claim: Claim, rows: Sequence[Row]) -> Measured:
         axis=0,
     )
     mean = mean_interval(slopes)
-    p = float(stats.ttest_1samp(slopes, claim.threshold, alternative="less").pvalue)
+    p = one_sided_p(slopes, claim.threshold, "less")
     return Measured(
         estimate=mean.estimate,
         low=mean.low,

@@ -2,8 +2,9 @@
 
 Three kinds of learners by Sarsa(lambda) with the same tile coding: with potential and meta-parameters that evolved,
 with meta-parameters that evolved alone, and with the best of a textbook's settings, which is greedy and undiscounted.
-The first two of a seed begin with the same meta-parameters. Five genes have converged after a few dozen generations, so
-that meta-parameters alone have fewer of them. Each is measured in lives that played no part in choosing it.
+Five genes have converged after a few dozen generations, so that meta-parameters alone have fewer of them. Each is
+measured in lives that played no part in choosing it. And there is OMPAC, in which learners compete and go on learning:
+it is measured as it learns. But for the textbook's, learners of a seed begin with the same meta-parameters.
 """
 
 from collections.abc import Iterator
@@ -13,8 +14,16 @@ import numpy as np
 
 from crcolony.compiled import FloatArray, IntArray
 from crcolony.experiments.framework.experiment import Column, Experiment, Job, Plan, Row
-from crcolony.experiments.mountain_car_claims import BOTH, LAST, MEASURES, META_ALONE, TEXTBOOK
+from crcolony.experiments.mountain_car_claims import (
+    BOTH,
+    LAST,
+    MEASURES,
+    META_ALONE,
+    OMPAC,
+    TEXTBOOK,
+)
 from crcolony.experiments.mountain_car_figure import draw
+from crcolony.experiments.worlds.mountain_car_competition import CarCompetition
 from crcolony.experiments.worlds.mountain_car_evolution import (
     CarEvolution,
     CarSettings,
@@ -31,7 +40,7 @@ from crcolony.experiments.worlds.mountain_car_genes import (
     WEIGHTS,
     car_schema,
 )
-from crcolony.experiments.worlds.mountain_car_lives import Driver, new_driver
+from crcolony.experiments.worlds.mountain_car_lives import Driver, live_all, new_driver
 from crcolony.randomness import Stream, new_streams
 
 LIVES, EPISODES = 50, 200
@@ -50,20 +59,33 @@ _SETTINGS = {
     False: CarSettings(individuals=50, generations=40, episodes=20),
 }
 """With shaping, and without"""
+_COMPETITION = CarSettings(individuals=50, generations=20, episodes=10)
+"""Instances, competitions and episodes between them: a quarter of what meta-parameters alone evolve in."""
 _QUICK, _QUICK_LIVES = CarSettings(individuals=10, generations=4, episodes=3), 2
+_QUICK_COMPETITION = CarSettings(individuals=3, generations=12, episodes=10)
+_NEWBORN_EPISODES = 20
 
 COLUMNS = {
-    "generation": Column("generation of these values of a population", "generations"),
+    "generation": Column(
+        "generation of these values of a population; of OMPAC, competitions before them",
+        "generations",
+    ),
     "steps_median": Column(
-        "steps of an episode, mean over a life, median over individuals", "steps"
+        "steps of an episode, mean over a life (of OMPAC: since the last competition), median over individuals",
+        "steps",
     ),
     "steps_best": Column("the same of the individual with the fewest", "steps"),
     "temperature": Column("τ, mean over the episodes of a life, median over individuals", "steps"),
     **{f"{name}_mean": Column(f"gene {name}, mean over individuals") for name in META_PARAMETERS},
     "episode": Column("episode of a life, from 1, of these values of a learning curve", "episodes"),
-    "steps": Column(f"steps of this episode, mean over {LIVES} lives of the chosen", "steps"),
+    "steps": Column(
+        f"steps of this episode, mean over {LIVES} lives of the chosen, or all instances of OMPAC",
+        "steps",
+    ),
     "founder_steps": Column("the same of the fittest of generation 0", "steps"),
-    "first_steps": Column(f"steps of the first episode, mean over {LIVES} lives", "steps"),
+    "first_steps": Column(
+        f"steps of the first episode, mean over {LIVES} lives, or instances", "steps"
+    ),
     "early_steps": Column("steps of an episode, mean over the first 20", "steps"),
     "late_steps": Column("the same, last 50 of 200", "steps"),
     "robust_episode": Column(
@@ -74,6 +96,13 @@ COLUMNS = {
         "steps of an episode, mean of the lives by which it was chosen", "steps"
     ),
     "car_steps": Column("steps of all lives of the evolutionary run", "steps"),
+    "newborn_steps": Column(
+        f"steps of an episode, mean over a life of {_NEWBORN_EPISODES} episodes that begins with nothing learnt,"
+        " and the last meta-parameters, median over individuals",
+        "steps",
+    ),
+    "alpha_first": Column("gene alpha, mean over instances, in the first episodes"),
+    "alpha_end": Column("the same, in the last episodes"),
     "temperature_first": Column("temperature, generation 0", "steps"),
     "temperature_early": Column("temperature after a tenth of the generations", "steps"),
     "lambda_end": Column(f"gene lambda, mean over individuals and the last {LAST} generations"),
@@ -99,6 +128,8 @@ def plan_jobs(plan: Plan) -> list[Job]:
                 Job(condition, seed, partial(run_evolution, shaping, settings, lives, seed))
             )
         jobs.append(Job(TEXTBOOK, seed, partial(run_textbook, lives, seed)))
+        competition = _QUICK_COMPETITION if plan.is_quick else _COMPETITION
+        jobs.append(Job(OMPAC, seed, partial(run_competition, competition, seed)))
     return jobs
 
 
@@ -123,9 +154,31 @@ def run_evolution(shaping: bool, settings: CarSettings, lives: int, seed: int) -
         "temperature_first": generations[0]["temperature"],
         "temperature_early": generations[early]["temperature"],
         "lambda_end": float(np.mean([float(row["lambda_mean"]) for row in generations[-LAST:]])),
+        "newborn_steps": generations[-1]["steps_median"],
         **_genes(best, shaping),
     }
     return [*generations, *_curve(steps, founder), found]
+
+
+def run_competition(settings: CarSettings, seed: int) -> list[Row]:
+    """Let learners compete; return rows of the times between competitions, of the learning curve of all, and of how
+    it goes."""
+    stream = new_streams(seed, (5, 3), 1)[0]
+    competition = CarCompetition(settings, np.random.default_rng(seed), stream)
+    lived = [competition.advance() for _ in range(settings.generations)]
+    steps = np.concatenate([one.steps for one in lived], axis=1)
+    last = lived[-1].genotypes
+    newborn = np.zeros((settings.individuals, _NEWBORN_EPISODES), dtype=np.int64)
+    live_all(new_driver(), last, stream, newborn)
+    found: Row = {
+        **_measures(steps),
+        "car_steps": int(steps.sum()),
+        "newborn_steps": float(np.median(newborn.mean(axis=1))),
+        "alpha_first": float(lived[0].genotypes[:, ALPHA].mean()),
+        "alpha_end": float(last[:, ALPHA].mean()),
+    }
+    generations = [_generation_row(number, one) for number, one in enumerate(lived)]
+    return [*generations, *_curve(steps), found]
 
 
 def run_textbook(lives: int, seed: int) -> list[Row]:

@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
-from scipy import stats
 
 from crcolony.experiments.framework.experiment import Measured, Row, pairs_of, values_of, verdict_of
 from crcolony.experiments.framework.measured_pairs import measured_pairs
@@ -13,12 +12,14 @@ from crcolony.experiments.framework.statistics import (
     LEVEL,
     effect_size,
     mean_interval,
+    one_sided_p,
     ratio_interval,
 )
 
 BOTH = "shaping and meta-parameters"
 META_ALONE = "meta-parameters alone"
 TEXTBOOK = "textbook"
+OMPAC = "OMPAC"
 LAST = 10
 """Generations at the end of a run over which genes are averaged."""
 _NEUTRAL_LAMBDA = 0.5
@@ -69,46 +70,49 @@ def _stays_robust(claim: Claim, rows: Sequence[Row]) -> Measured:
     )
 
 
-def _times_better_than_alone(column: str, claim: Claim, rows: Sequence[Row]) -> Measured:
-    """Measure how often smaller a column is with evolved shaping than with evolved meta-parameters alone."""
-    alone, both = pairs_of(rows, column, META_ALONE, BOTH)
-    ratio, gains = ratio_interval(alone, both), np.log(alone / both)
-    p = _p_less(-gains, -np.log(claim.threshold))
+def _times_fewer(
+    worse: str, better: str, column: str, claim: Claim, rows: Sequence[Row]
+) -> Measured:
+    """Measure how often smaller a column is in one condition than in another, pair by pair."""
+    more, fewer = pairs_of(rows, column, worse, better)
+    ratio, gains = ratio_interval(more, fewer), np.log(more / fewer)
+    p = one_sided_p(gains, np.log(claim.threshold), "greater")
     return measured_pairs(
         ratio,
-        alone,
-        both,
-        statistic=f"{alone.mean():.1f} against {both.mean():.1f}; "
-        f" one-sided paired t-test of logarithms, {both.size} pairs",
+        more,
+        fewer,
+        statistic=f"{more.mean():.1f} against {fewer.mean():.1f};"
+        f" one-sided paired t-test of logarithms, {fewer.size} pairs",
         p=p,
         verdict=verdict_of(
-            ratio.estimate > claim.threshold and p < LEVEL, _p_less(-gains, 0.0) < LEVEL
+            ratio.estimate > claim.threshold and p < LEVEL,
+            one_sided_p(gains, 0.0, "greater") < LEVEL,
         ),
     )
 
 
-def _greedy_early(claim: Claim, rows: Sequence[Row]) -> Measured:
-    founders = values_of(rows, "temperature_first", BOTH)
-    early = values_of(rows, "temperature_early", BOTH)
-    ratio = ratio_interval(early, founders)
-    p = _p_less(early - founders, 0.0)
+def _falls(condition: str, before: str, after: str, claim: Claim, rows: Sequence[Row]) -> Measured:
+    """Measure one column over another of the same runs, which is what it was before."""
+    first, last = (values_of(rows, column, condition) for column in (before, after))
+    ratio = ratio_interval(last, first)
+    p = one_sided_p(last - first, 0.0, "less")
     return Measured(
         estimate=ratio.estimate,
         low=ratio.low,
         high=ratio.high,
-        statistic=f"{early.mean():.2g} against {founders.mean():.2g}, 0 in {int((early == 0.0).sum())} runs;"
+        statistic=f"{last.mean():.2g} against {first.mean():.2g}, 0 in {int((last == 0.0).sum())} runs;"
         " one-sided paired t-test",
         p=p,
         effect="A12",
-        effect_size=effect_size(early, founders),
-        runs=early.size,
+        effect_size=effect_size(last, first),
+        runs=last.size,
         verdict=verdict_of(ratio.estimate <= claim.threshold and p < LEVEL, p < LEVEL),
     )
 
 
 def _small_lambda(claim: Claim, rows: Sequence[Row]) -> Measured:
     evolved = values_of(rows, "lambda_end", BOTH)
-    mean, p = mean_interval(evolved), _p_less(evolved, _NEUTRAL_LAMBDA)
+    mean, p = mean_interval(evolved), one_sided_p(evolved, _NEUTRAL_LAMBDA, "less")
     return Measured(
         estimate=mean.estimate,
         low=mean.low,
@@ -122,7 +126,7 @@ def _small_lambda(claim: Claim, rows: Sequence[Row]) -> Measured:
 
 def _less_lambda(claim: Claim, rows: Sequence[Row]) -> Measured:
     both, alone = pairs_of(rows, "lambda_end", BOTH, META_ALONE)
-    mean, p = mean_interval(both - alone), _p_less(both - alone, claim.threshold)
+    mean, p = mean_interval(both - alone), one_sided_p(both - alone, claim.threshold, "less")
     return measured_pairs(
         mean,
         both,
@@ -133,22 +137,18 @@ def _less_lambda(claim: Claim, rows: Sequence[Row]) -> Measured:
     )
 
 
-def _p_less(values: np.ndarray, bound: float) -> float:
-    """Return the p of a one-sided t-test: of the null hypothesis that the mean is the bound, or above it."""
-    if values.size < 2 or np.ptp(values) == 0.0:
-        return 0.0 if values.size > 1 and values[0] < bound else 1.0
-    return float(stats.ttest_1samp(values, bound, alternative="less").pvalue)
-
-
 MEASURES: Mapping[str, Callable[[Claim, Sequence[Row]], Measured]] = {
     "first-episode": partial(_times_better, "first_steps"),
     "robust-policy": partial(_times_better, "robust_episode"),
     "first-episode-best-run": partial(_best_run, "first_steps"),
     "robust-policy-best-run": partial(_best_run, "robust_episode"),
     "stays-robust": _stays_robust,
-    "shaping-starts-better": partial(_times_better_than_alone, "first_steps"),
-    "shaping-converges-sooner": partial(_times_better_than_alone, "robust_episode"),
-    "greedy-early": _greedy_early,
+    "shaping-starts-better": partial(_times_fewer, META_ALONE, BOTH, "first_steps"),
+    "shaping-converges-sooner": partial(_times_fewer, META_ALONE, BOTH, "robust_episode"),
+    "greedy-early": partial(_falls, BOTH, "temperature_first", "temperature_early"),
     "small-lambda": _small_lambda,
     "shaping-needs-less-lambda": _less_lambda,
+    "ompac-learns-better": partial(_times_fewer, TEXTBOOK, OMPAC, "late_steps"),
+    "ompac-follows-learning": partial(_falls, OMPAC, "alpha_first", "alpha_end"),
+    "ompac-is-for-the-old": partial(_times_fewer, OMPAC, META_ALONE, "newborn_steps"),
 }

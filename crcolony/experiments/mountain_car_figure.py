@@ -8,7 +8,7 @@ import numpy as np
 from crcolony.compiled import FloatArray
 from crcolony.experiments.framework.experiment import CONDITION, SEED, Row
 from crcolony.experiments.framework.quartile_curve import draw_quartiles, quartiles_of
-from crcolony.experiments.mountain_car_claims import BOTH, META_ALONE, TEXTBOOK
+from crcolony.experiments.mountain_car_claims import BOTH, META_ALONE, OMPAC, TEXTBOOK
 from crcolony.experiments.worlds.mountain_car_genes import CENTRES, HIGH, LOW, WEIGHTS
 from crcolony.learning.features import NormalizedRBF
 
@@ -32,6 +32,7 @@ def draw(rows: Sequence[Row]) -> "Figure":
             ("best founder", "founder_steps", BOTH),
             ("meta-parameters alone", "steps", META_ALONE),
             ("textbook", "steps", TEXTBOOK),
+            ("OMPAC, as it learns", "steps", OMPAC),
         ),
         LINES,
         strict=False,

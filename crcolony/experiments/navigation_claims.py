@@ -18,7 +18,12 @@ from crcolony.experiments.framework.experiment import (
 )
 from crcolony.experiments.framework.measured_pairs import measured_pairs
 from crcolony.experiments.framework.registration import Claim
-from crcolony.experiments.framework.statistics import LEVEL, mean_interval, ratio_interval
+from crcolony.experiments.framework.statistics import (
+    LEVEL,
+    mean_interval,
+    one_sided_p,
+    ratio_interval,
+)
 
 KHEPERA, KOALA, LARGE_WEIGHTS = "khepera", "koala", "khepera-large-weights"
 MOVED = 106
@@ -50,7 +55,7 @@ def _changes(
     """Measure the ratio of fitness at two times; it is above, or below, the threshold."""
     one, other = (fitness_of(rows, condition, column, generations) for generations in when)
     ratio = ratio_interval(one, other)
-    p = float(stats.ttest_rel(one, other, alternative="greater" if rises else "less").pvalue)
+    p = one_sided_p(one - other, 0.0, "greater" if rises else "less")
     is_met = ratio.estimate > claim.threshold if rises else ratio.estimate < claim.threshold
     return measured_pairs(
         ratio,
@@ -105,7 +110,7 @@ def _ahead(claim: Claim, rows: Sequence[Row]) -> Measured:
 def _below_full_speed(claim: Claim, rows: Sequence[Row]) -> Measured:
     speeds = np.abs(values_of(rows, "speed", KHEPERA))
     mean = mean_interval(speeds)
-    p = float(stats.ttest_1samp(speeds, claim.threshold, alternative="less").pvalue)
+    p = one_sided_p(speeds, claim.threshold, "less")
     return Measured(
         estimate=mean.estimate,
         low=mean.low,
@@ -121,8 +126,8 @@ def _rocks(claim: Claim, rows: Sequence[Row]) -> Measured:
     laps, usual_laps = pairs_of(rows, "laps", LARGE_WEIGHTS, KHEPERA)
     fitness, usual = pairs_of(rows, "fitness", LARGE_WEIGHTS, KHEPERA)
     ratio = ratio_interval(laps, usual_laps)
-    fewer = float(stats.ttest_rel(laps, usual_laps, alternative="less").pvalue)
-    fitter = float(stats.ttest_rel(fitness, usual, alternative="greater").pvalue)
+    fewer = one_sided_p(laps - usual_laps, 0.0, "less")
+    fitter = one_sided_p(fitness - usual, 0.0, "greater")
     has_fewer = ratio.estimate < claim.threshold and fewer < LEVEL
     return measured_pairs(
         ratio,

@@ -4,13 +4,17 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
-from scipy import stats
 
 from crcolony.compiled import FloatArray
 from crcolony.experiments.framework.experiment import Measured, Row, values_of, verdict_of
 from crcolony.experiments.framework.measured_pairs import measured_pairs
 from crcolony.experiments.framework.registration import Claim
-from crcolony.experiments.framework.statistics import LEVEL, mean_interval, ratio_interval
+from crcolony.experiments.framework.statistics import (
+    LEVEL,
+    mean_interval,
+    one_sided_p,
+    ratio_interval,
+)
 
 NEWBORN, FROZEN, LEARNING_ON = "newborn", "frozen", "learning_on"
 AT_CENTRE, AT_EDGE = "centre", "edge"
@@ -19,7 +23,7 @@ AT_CENTRE, AT_EDGE = "centre", "edge"
 def _drops(home: str, claim: Claim, rows: Sequence[Row]) -> Measured:
     at_home, away = (values_of(rows, f"life_frozen_{where}", home) for where in ("home", "away"))
     lost = values_of(rows, f"loss_{FROZEN}", home)
-    p = float(stats.ttest_1samp(lost, claim.threshold, alternative="greater").pvalue)
+    p = one_sided_p(lost, claim.threshold, "greater")
     found = mean_interval(lost)
     return measured_pairs(
         found,
@@ -39,8 +43,8 @@ def _loses_less(kind: str, home: str, where: str, claim: Claim, rows: Sequence[R
     is_there = ~np.isnan(frozen) & ~np.isnan(other)
     frozen, other = frozen[is_there], other[is_there]
     found = mean_interval(frozen - other)
-    p = float(stats.ttest_rel(frozen, other, alternative="greater").pvalue)
-    p_more = float(stats.ttest_rel(frozen, other, alternative="less").pvalue)
+    p = one_sided_p(frozen - other, 0.0, "greater")
+    p_more = one_sided_p(frozen - other, 0.0, "less")
     return measured_pairs(
         found,
         frozen,
@@ -67,7 +71,7 @@ def _cohen_d(differences: FloatArray) -> float:
 def _captures_more(column: str, home: str, claim: Claim, rows: Sequence[Row]) -> Measured:
     newborn, frozen = (values_of(rows, f"{column}_{one}_away", home) for one in (NEWBORN, FROZEN))
     ratio = ratio_interval(newborn, frozen)
-    p = float(stats.ttest_rel(newborn, frozen, alternative="greater").pvalue)
+    p = one_sided_p(newborn - frozen, 0.0, "greater")
     return measured_pairs(
         ratio,
         newborn,

@@ -10,7 +10,6 @@ from functools import partial
 from typing import TYPE_CHECKING, get_args
 
 import numpy as np
-from scipy import stats
 
 from crcolony.compiled import FloatArray
 from crcolony.config import Config, load
@@ -28,7 +27,12 @@ from crcolony.experiments.framework.experiment import (
 )
 from crcolony.experiments.framework.measured_pairs import measured_pairs
 from crcolony.experiments.framework.registration import Claim
-from crcolony.experiments.framework.statistics import LEVEL, mean_interval, ratio_interval
+from crcolony.experiments.framework.statistics import (
+    LEVEL,
+    mean_interval,
+    one_sided_p,
+    ratio_interval,
+)
 from crcolony.experiments.worlds.phototaxis import HAND_DESIGNED, ROBOTS, random_weights, simulate
 from crcolony.results.generation_table import LAST_GENERATIONS
 from crcolony.robot.settings import Selection
@@ -114,7 +118,7 @@ def _ahead(one: str, other: str, column: str, claim: Claim, rows: Sequence[Row])
     """Measure the ratio of a column of one condition over another."""
     own, others = pairs_of(rows, column, one, other)
     ratio = ratio_interval(own, others)
-    p = float(stats.ttest_rel(own, others, alternative="greater").pvalue)
+    p = one_sided_p(own - others, 0.0, "greater")
     return measured_pairs(
         ratio,
         own,
@@ -128,7 +132,7 @@ def _ahead(one: str, other: str, column: str, claim: Claim, rows: Sequence[Row])
 def _fed_better(claim: Claim, rows: Sequence[Row]) -> Measured:
     own, others = pairs_of(rows, "starved_end", "implicit", "medea")
     difference = mean_interval(own - others)
-    p = float(stats.ttest_rel(own, others, alternative="less").pvalue)
+    p = one_sided_p(own - others, 0.0, "less")
     return measured_pairs(
         difference,
         own,

@@ -35,7 +35,7 @@ from crcolony.experiments.framework.experiment import (
     verdict_of,
 )
 from crcolony.experiments.framework.registration import Claim
-from crcolony.experiments.framework.statistics import LEVEL, mean_interval
+from crcolony.experiments.framework.statistics import LEVEL, mean_interval, one_sided_p
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -167,8 +167,7 @@ def _slope_of_matings(regime: str, sign: int, claim: Claim, rows: Sequence[Row])
     slopes = values_of(rows, "matings_slope", regime)
     slopes = slopes[~np.isnan(slopes)]
     mean = mean_interval(slopes)
-    test = stats.ttest_1samp(sign * slopes, sign * claim.threshold, alternative="greater")
-    p = float(test.pvalue)
+    p = one_sided_p(sign * slopes, sign * claim.threshold, "greater")
     skill = mean_interval(values_of(rows, "skill_slope", regime)).estimate
     return Measured(
         estimate=mean.estimate,

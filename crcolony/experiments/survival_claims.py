@@ -3,8 +3,6 @@
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-from scipy import stats
-
 from crcolony.experiments.framework.experiment import (
     Measured,
     Row,
@@ -14,7 +12,12 @@ from crcolony.experiments.framework.experiment import (
 )
 from crcolony.experiments.framework.measured_pairs import measured_pairs
 from crcolony.experiments.framework.registration import Claim
-from crcolony.experiments.framework.statistics import LEVEL, effect_size, ratio_interval
+from crcolony.experiments.framework.statistics import (
+    LEVEL,
+    effect_size,
+    one_sided_p,
+    ratio_interval,
+)
 
 AUTONOMOUS, CENTRAL = "autonomous", "central"
 
@@ -25,7 +28,7 @@ def _has_more(
     """Measure that the runs of one selection have more of something than those of the other."""
     high, low = pairs_of(rows, column, more, less)
     ratio = ratio_interval(high, low)
-    p = float(stats.ttest_rel(high, low, alternative="greater").pvalue)
+    p = one_sided_p(high - low, 0.0, "greater")
     return measured_pairs(
         ratio,
         high,
@@ -40,7 +43,7 @@ def _rises(before: str, after: str, unit: str, claim: Claim, rows: Sequence[Row]
     """Measure that something rises, from one column to another, in the runs of autonomous selection."""
     early, late = (values_of(rows, column, AUTONOMOUS) for column in (before, after))
     ratio = ratio_interval(late, early)
-    p = float(stats.ttest_rel(late, early, alternative="greater").pvalue)
+    p = one_sided_p(late - early, 0.0, "greater")
     return Measured(
         estimate=ratio.estimate,
         low=ratio.low,

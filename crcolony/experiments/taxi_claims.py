@@ -4,15 +4,14 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
-from scipy import stats
 
-from crcolony.compiled import FloatArray
 from crcolony.experiments.framework.experiment import Measured, Row, pairs_of, values_of, verdict_of
 from crcolony.experiments.framework.registration import Claim
 from crcolony.experiments.framework.statistics import (
     LEVEL,
     effect_size,
     mean_interval,
+    one_sided_p,
     ratio_interval,
 )
 
@@ -109,7 +108,7 @@ def _is_above(column: str, one: str, other: str, claim: Claim, rows: Sequence[Ro
         for convention in CONVENTIONS
     }
     above = {convention: first - second for convention, (first, second) in pairs.items()}
-    p = {name: _p_above(found, claim.threshold) for name, found in above.items()}
+    p = {name: one_sided_p(found, claim.threshold, "greater") for name, found in above.items()}
     found = mean_interval(above[IN_PLACE])
     first, second = pairs[IN_PLACE]
     return Measured(
@@ -135,7 +134,7 @@ def _fastest(claim: Claim, rows: Sequence[Row]) -> Measured:
         )
         nearest = min(others, key=lambda steps: float(steps.mean()))
         ratios[convention] = ratio_interval(own, nearest)
-        p[convention] = _p_above(nearest - own, 0.0)
+        p[convention] = one_sided_p(nearest - own, 0.0, "greater")
         sizes.append((own, nearest))
     worst = max(p.values())
     is_met = all(found.estimate < claim.threshold for found in ratios.values())
@@ -165,15 +164,6 @@ def _level(claim: Claim, rows: Sequence[Row]) -> Measured:
         runs=values.size,
         verdict=verdict_of(found.low > claim.threshold, found.estimate > claim.threshold),
     )
-
-
-def _p_above(values: FloatArray, threshold: float) -> float:
-    """Return the p of a one-sided t-test: of the null hypothesis that the mean is the threshold, or below it."""
-    if (
-        values.size < 2 or np.ptp(values) <= 1e-9 * np.abs(values).max()
-    ):  # all alike, but for rounding
-        return 0.0 if values.size > 1 and values[0] > threshold else 1.0
-    return float(stats.ttest_1samp(values, threshold, alternative="greater").pvalue)
 
 
 MEASURES: Mapping[str, Callable[[Claim, Sequence[Row]], Measured]] = {

@@ -85,7 +85,7 @@ def update_weights(
 @compiled
 def start_episode(learner: Learner, state: FloatArray, u: float) -> int:
     """Start an episode in `state` (d,) with the uniform draw `u`; return the first action."""
-    _clear(learner)
+    clear(learner)
     action = _select_action(learner, state, u)
     _set_traces(learner, action)
     return action
@@ -114,7 +114,7 @@ def learn_and_select(
         value_next,
     )
     if terminal:
-        _clear(learner)
+        clear(learner)
     else:
         _set_traces(learner, action_next)
     return action_next
@@ -162,7 +162,7 @@ def _set_traces(learner: Learner, action: int) -> None:
 
 
 @compiled
-def _clear(learner: Learner) -> None:
+def clear(learner: Learner) -> None:
     """e <- 0, after all pending updates have been applied."""
     clear_traces(
         learner.weights,

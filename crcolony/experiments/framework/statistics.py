@@ -6,6 +6,7 @@ Resampling starts from a fixed seed, so that a report is the same whenever it is
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from scipy import stats
@@ -17,6 +18,8 @@ MIN_RUNS = 3
 LEVEL = 0.05
 """The level of significance of all tests; intervals cover 1 - LEVEL."""
 _RESAMPLES = 10_000
+_ROUNDING = 1e-9
+"""Values that differ by less than this share of them are all alike."""
 _SMALLEST = 1e-12
 """A denominator that is smaller, as of a colony that never mates, counts as this."""
 _FIELLER = 1.06
@@ -103,6 +106,20 @@ def effect_size(one: FloatArray, other: FloatArray) -> float:
     """Return A12, the probability that a run of the one is above a run of the other (Vargha & Delaney 2000)."""
     wins = stats.mannwhitneyu(one, other).statistic
     return float(wins) / (one.size * other.size)
+
+
+def one_sided_p(values: FloatArray, bound: float, alternative: Literal["less", "greater"]) -> float:
+    """Return the p of a t-test: of the null hypothesis that the mean of values (runs,) is the bound, or on its wrong
+    side.
+
+    Pairs are tested by their differences. Values that are all alike leave no doubt: p is 0 or 1.
+    """
+    if values.size < MIN_RUNS:
+        return np.nan
+    if np.ptp(values) <= _ROUNDING * np.abs(values).max():
+        is_beyond = values[0] > bound if alternative == "greater" else values[0] < bound
+        return 0.0 if is_beyond else 1.0
+    return float(stats.ttest_1samp(values, bound, alternative=alternative).pvalue)
 
 
 def equivalence(one: FloatArray, other: FloatArray, margin: float) -> Equivalence:

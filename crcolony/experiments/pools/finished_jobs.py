@@ -20,7 +20,8 @@ def finished_jobs(
     """Call jobs on an executor, and yield their results as they finish; after a stop start no more.
 
     An executor is handed as many jobs as it has workers, since it could not take back those that wait in its queue.
-    Raises what a job raises, after the results of others that had finished by then.
+    A job that is interrupted is a stop, too. Raises what a job raises, after the results of others that had finished by
+    then.
     """
     waiting = iter(jobs)
     running: set[Future[Result]] = set()
@@ -31,6 +32,8 @@ def finished_jobs(
             return
         done, running = wait(running, _POLL_S, FIRST_COMPLETED)
         for future in sorted(done, key=_has_failed):
+            if isinstance(future.exception(), KeyboardInterrupt):
+                return  # Ctrl-C of an MPI run is for all processes, and has reached a worker first
             yield future.result()
 
 

@@ -39,12 +39,14 @@ class CarSettings:
 
 @dataclass(frozen=True)
 class Generation:
-    """A generation after its lives."""
+    """A generation after its lives, or after a part of them."""
 
     genotypes: FloatArray
     """(individuals, genes)"""
     steps: IntArray
     """(individuals, episodes)"""
+    first_episode: int = 0
+    """How many episodes they had learnt before"""
 
     @property
     def mean_steps(self) -> FloatArray:
@@ -58,9 +60,10 @@ class Generation:
 
     @property
     def temperatures(self) -> FloatArray:
-        """The temperature of each individual (individuals,), mean over the episodes of its life."""
+        """The temperature of each individual (individuals,), mean over these episodes."""
+        episodes = self.first_episode + np.arange(self.steps.shape[1])
         tau, decay = (self.genotypes[:, gene, None] for gene in (TAU, TAU_DECAY))
-        return np.asarray((tau / (1.0 + decay * np.arange(self.steps.shape[1]))).mean(axis=1))
+        return np.asarray((tau / (1.0 + decay * episodes)).mean(axis=1))
 
 
 class CarEvolution:
@@ -93,7 +96,7 @@ class CarEvolution:
             lambda fitness, count, rng: tournament(fitness, count, TOURNAMENT, rng),
             one_point_crossover,
             CROSSOVER_PROBABILITY,
-            partial(_mutate, self.schema),
+            partial(mutate, self.schema),
             self._rng,
         )
         return lived
@@ -109,7 +112,8 @@ class CarEvolution:
         return last.genotypes[best], float(totals[best] / (FINAL_LIVES * steps.shape[1]))
 
 
-def _mutate(schema: Schema, genes: FloatArray, rng: np.random.Generator) -> FloatArray:
+def mutate(schema: Schema, genes: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Return mutated genes (genes,)."""
     return gaussian_mutation(genes, schema, MUTATION_PROBABILITY, rng)
 
 

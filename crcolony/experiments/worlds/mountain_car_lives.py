@@ -1,6 +1,7 @@
 """Lives on the mountain car: Sarsa(lambda) with tile coding, softmax and a potential (Algorithm 2.2, eq. 3.1).
 
-A life starts with nothing learnt. All lives of a generation are one call of compiled code.
+A life starts with nothing learnt. All lives of a generation are one call of compiled code. It checks once that arrays
+have the sizes of this file; the compiler then takes these for constants, and unrolls the loops over them.
 """
 
 from typing import NamedTuple
@@ -63,8 +64,22 @@ def live_all(driver: Driver, genotypes: FloatArray, stream: Stream, steps: IntAr
 def live(driver: Driver, genes: FloatArray, stream: Stream, steps: IntArray) -> int:
     """Be born with these genes, and learn an episode for each of `steps` (episodes,), which are written; return their
     sum."""
+    _forget(driver.learner)
+    return learn(driver, genes, 0, stream, steps)
+
+
+@compiled
+def learn(
+    driver: Driver, genes: FloatArray, first_episode: int, stream: Stream, steps: IntArray
+) -> int:
+    """Go on from what has been learnt in so many episodes, with these genes (genes,), for an episode for each of
+    `steps` (episodes,), which are written; return their sum.
+
+    Raises ValueError for a driver that `new_driver` has not made.
+    """
+    if not _has_known_sizes(driver):
+        raise ValueError("not a driver of the mountain car")
     learner = driver.learner
-    _forget(learner)
     learner.meta_parameters[sarsa_lambda.RATE] = genes[ALPHA] / TILINGS
     learner.meta_parameters[sarsa_lambda.GAMMA] = genes[GAMMA]
     learner.meta_parameters[sarsa_lambda.GAMMA_LAMBDA] = genes[GAMMA] * genes[LAMBDA]
@@ -73,12 +88,24 @@ def live(driver: Driver, genes: FloatArray, stream: Stream, steps: IntArray) -> 
         has_potential |= genes[k] != 0.0
     total = 0
     for episode in range(steps.shape[0]):
-        tau = hyperbolic_decay(genes[TAU], genes[TAU_DECAY], float(episode))
+        tau = hyperbolic_decay(genes[TAU], genes[TAU_DECAY], float(first_episode + episode))
         learner.meta_parameters[sarsa_lambda.TEMPERATURE] = tau
         count = _learn_episode(driver, genes[POTENTIAL:], has_potential, genes[GAMMA], stream)
         steps[episode] = count
         total += count
+    sarsa_lambda.clear(learner)  # of an episode that was given up
     return total
+
+
+@compiled
+def _has_known_sizes(driver: Driver) -> bool:
+    learner, grid, _ = driver
+    return (
+        learner.weights.shape[1] == learner.values.shape[0] == learner.scratch.shape[0] == ACTIONS
+        and learner.active_tiles.shape[0] == learner.next_tiles.shape[0] == TILINGS
+        and learner.tile_counts.shape[0] == learner.offsets.shape[1] == LOW.size
+        and (grid.falloff_x.shape[0], grid.responses_y.shape[0]) == CENTRES
+    )
 
 
 @compiled

@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 
 from crcolony.experiments.framework.experiment import CONDITION, SEED, Plan, Row
-from crcolony.experiments.mountain_car import EXPERIMENT, first_robust_episode, run_textbook
-from crcolony.experiments.mountain_car_claims import BOTH, META_ALONE, TEXTBOOK
+from crcolony.experiments.mountain_car import (
+    EXPERIMENT,
+    first_robust_episode,
+    run_competition,
+    run_textbook,
+)
+from crcolony.experiments.mountain_car_claims import BOTH, META_ALONE, OMPAC, TEXTBOOK
+from crcolony.experiments.worlds.mountain_car_evolution import CarSettings
 
 
 def rows_of(is_quick: bool) -> list[Row]:
@@ -27,7 +33,7 @@ def test_a_quick_run_has_all_columns(rows: list[Row]) -> None:
     """Of every kind of learner, generations and curves included, and no other."""
     columns = {name for row in rows for name in row} - {CONDITION, SEED}
     assert columns == set(EXPERIMENT.columns)
-    for condition in (BOTH, META_ALONE, TEXTBOOK):
+    for condition in (BOTH, META_ALONE, TEXTBOOK, OMPAC):
         own = [row for row in rows if row[CONDITION] == condition]
         assert sum("first_steps" in row for row in own) == 1
         assert [row["episode"] for row in own if "episode" in row] == list(range(1, 121))
@@ -36,8 +42,21 @@ def test_a_quick_run_has_all_columns(rows: list[Row]) -> None:
 
 def test_the_same_seed_gives_the_same_rows() -> None:
     """Whoever runs it, and whatever ran before."""
-    jobs = EXPERIMENT.jobs(Plan([7], True))[:2]
+    jobs = EXPERIMENT.jobs(Plan([7], True))
     assert [job.run() for job in jobs] == [job.run() for job in reversed(jobs)][::-1]
+
+
+def test_competition_begins_with_the_founders_of_meta_parameters_alone(rows: list[Row]) -> None:
+    """Of as many instances, so that both are compared in pairs; it measures what these do, and newborns."""
+    first = {row[CONDITION]: row for row in rows if row.get("generation") == 0}
+    found = run_competition(CarSettings(individuals=10, generations=2, episodes=20), 7)
+    assert found[0]["alpha_mean"] == first[META_ALONE]["alpha_mean"]
+    assert found[-1]["alpha_first"] == pytest.approx(found[0]["alpha_mean"])
+    episodes = [float(row["steps"]) for row in found if "episode" in row]
+    assert len(episodes) == 40
+    assert found[-1]["first_steps"] == episodes[0]
+    assert found[-1]["car_steps"] == pytest.approx(10 * sum(episodes))
+    assert float(found[-1]["newborn_steps"]) > float(found[1]["steps_median"])
 
 
 def test_the_best_textbook_learner_is_no_bad_one() -> None:

@@ -7,7 +7,13 @@ import pytest
 
 from crcolony.experiments.framework.catalogue import summaries
 from crcolony.experiments.framework.experiment import Row
-from crcolony.experiments.mountain_car_claims import BOTH, MEASURES, META_ALONE, TEXTBOOK
+from crcolony.experiments.mountain_car_claims import (
+    BOTH,
+    MEASURES,
+    META_ALONE,
+    OMPAC,
+    TEXTBOOK,
+)
 
 CLAIMS = {claim.id: claim for claim in summaries()["mountain-car"].claims}
 RUNS = 8
@@ -16,7 +22,7 @@ NOISE = np.linspace(-0.1, 0.1, RUNS)
 
 def verdict(claim: str, **conditions: dict[str, Any]) -> str:
     """Return the verdict on rows with these columns, each one number or one for each run."""
-    names = {"both": BOTH, "alone": META_ALONE, "textbook": TEXTBOOK}
+    names = {"both": BOTH, "alone": META_ALONE, "textbook": TEXTBOOK, "ompac": OMPAC}
     rows: list[Row] = []
     for condition, columns in conditions.items():
         for k in range(RUNS):
@@ -92,3 +98,29 @@ def test_lambda_is_smaller_than_without_shaping() -> None:
         own = {"lambda_end": 0.2 + NOISE}
         other = {"lambda_end": alone + NOISE[::-1]}
         assert verdict("shaping-needs-less-lambda", both=own, alone=other) == expected
+
+
+def test_competing_learners_must_end_with_fewer_steps() -> None:
+    """Than those of a textbook, beyond chance."""
+    textbook = {"late_steps": 110.0 + NOISE}
+    for late, expected in ((105.0 + NOISE, "reproduced"), (110.0 - NOISE[::-1] / 2, "not")):
+        assert (
+            verdict("ompac-learns-better", textbook=textbook, ompac={"late_steps": late})
+            == expected
+        )
+    assert verdict("ompac-learns-better", textbook=textbook, ompac={"late_steps": 115.0}) == "not"
+
+
+def test_the_learning_rate_must_fall_while_they_learn() -> None:
+    """By a fifth; in part if it only falls."""
+    for end, expected in ((0.7, "reproduced"), (0.9, "partly"), (1.1, "not")):
+        own = {"alpha_first": 1.0 + NOISE, "alpha_end": end + NOISE}
+        assert verdict("ompac-follows-learning", ompac=own) == expected
+
+
+def test_newborns_must_be_slower_with_what_competition_finds() -> None:
+    """By a fifth; in part if they are only slower."""
+    alone = {"newborn_steps": 100.0 + NOISE}
+    for steps, expected in ((130.0, "reproduced"), (110.0, "partly"), (90.0, "not")):
+        ompac = {"newborn_steps": steps + NOISE}
+        assert verdict("ompac-is-for-the-old", alone=alone, ompac=ompac) == expected

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from crcolony.experiments.framework.experiment import CONDITION, SEED, Row
-from crcolony.experiments.mountain_car_claims import BOTH, META_ALONE, TEXTBOOK
+from crcolony.experiments.mountain_car_claims import BOTH, META_ALONE, OMPAC, TEXTBOOK
 from crcolony.experiments.mountain_car_figure import draw, potential_image
 from crcolony.experiments.worlds.mountain_car_genes import HIGH, LOW, WEIGHTS
 
@@ -12,7 +12,7 @@ from crcolony.experiments.worlds.mountain_car_genes import HIGH, LOW, WEIGHTS
 def rows_of(seed: int) -> list[Row]:
     """Return rows as runs of a seed leave them."""
     rows: list[Row] = []
-    for condition in (BOTH, META_ALONE, TEXTBOOK):
+    for condition in (BOTH, META_ALONE, TEXTBOOK, OMPAC):
         curve: list[Row] = [
             {"episode": k + 1, "steps": 100.0 + seed, "founder_steps": 900.0} for k in range(3)
         ]
@@ -30,6 +30,7 @@ def test_the_figure_shows_curves_genes_and_a_potential() -> None:
     """Medians over seeds, and the potential of the run whose learner was the best when it was chosen."""
     curves, genes, picture, _ = draw(rows_of(1) + rows_of(3)).axes
     labels = ["evolved", "best founder", "meta-parameters alone", "textbook"]
+    labels.append("OMPAC, as it learns")
     assert [line.get_label() for line in curves.lines] == labels
     assert np.asarray(curves.lines[0].get_ydata()).tolist() == [102.0] * 3
     assert np.asarray(genes.lines[0].get_ydata()).tolist() == pytest.approx([0.2] * 3)

@@ -12,6 +12,7 @@ from crcolony.experiments.framework.statistics import (
     holm,
     mean_interval,
     mean_pairwise_correlation,
+    one_sided_p,
     rank_correlation,
     ratio_interval,
 )
@@ -98,6 +99,25 @@ def test_few_runs_have_no_intervals_and_no_tests() -> None:
     assert np.isnan(equivalence(pair, pair, 1.0).p)
     assert np.isnan(rank_correlation(np.arange(3.0), np.arange(3.0)).rho)
     assert np.isnan(rank_correlation(np.ones(9), np.arange(9.0)).rho)
+
+
+def test_a_one_sided_p_is_that_of_scipy() -> None:
+    """Of a mean, and of pairs by their differences; the two sides of a bound add up to 1."""
+    rng = np.random.default_rng(1)
+    one, other = rng.normal(1.0, 1.0, 9), rng.normal(0.0, 1.0, 9)
+    expected = stats.ttest_rel(one, other, alternative="greater").pvalue
+    assert one_sided_p(one - other, 0.0, "greater") == pytest.approx(expected)
+    assert one_sided_p(one, 0.4, "less") + one_sided_p(one, 0.4, "greater") == pytest.approx(1.0)
+    assert one_sided_p(one, 9.0, "less") < 0.001 < 0.999 < one_sided_p(one, 9.0, "greater")
+
+
+def test_values_that_are_all_alike_leave_no_doubt() -> None:
+    """But for rounding; what is equal to the bound is not beyond it, and few values show nothing."""
+    alike = np.array([0.1 + 0.2, 0.3, 0.3])
+    assert one_sided_p(alike, 0.2, "greater") == one_sided_p(alike, 0.4, "less") == 0.0
+    assert one_sided_p(alike, 0.4, "greater") == one_sided_p(alike, 0.2, "less") == 1.0
+    assert one_sided_p(np.zeros(5), 0.0, "greater") == one_sided_p(np.zeros(5), 0.0, "less") == 1.0
+    assert np.isnan(one_sided_p(alike[:2], 0.2, "greater"))
 
 
 def test_a_rank_correlation_is_that_of_scipy_with_its_interval() -> None:

@@ -1,20 +1,36 @@
-"""Jobs go to the processes of an MPI run, and without one a line says how to start it."""
+"""Jobs go to the processes of an MPI run, which loses nothing that had finished; without one a line says how to start
+it."""
 
+import os
+import signal
 import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from importlib.util import find_spec
+from pathlib import Path
 from types import ModuleType
 
 import pytest
 
+from crcolony.experiments.framework.run_experiment import Request, run_experiment
+from crcolony.experiments.framework.tidy_table import read_rows
 from crcolony.experiments.pools.mpi_pool import mpi_processes
 from crcolony.experiments.pools.worker_pool import ClusterError
+from tests.support.fake_experiment import REGISTRATION, fake_experiment, here_and_now
+from tests.support.process import Process, wait_until
+
+MPIEXEC = Path(sys.executable).parent / "mpiexec"
+"""Of the package mpich"""
 
 
 class FakePool(ThreadPoolExecutor):
     """Has the face of mpi4py's executor, with threads for processes."""
 
     present = 3
+
+    def __init__(self, workers: int | None, initializer: Callable[[], None], main: bool) -> None:
+        assert not main, "workers would run the command, too"
+        super().__init__(workers)
 
     @property
     def num_workers(self) -> int:
@@ -34,9 +50,66 @@ def test_jobs_run_on_all_processes_but_this_one() -> None:
     """No more at once than there are jobs."""
     with mpi_processes(None, 2, lambda: False) as pool:
         assert pool.workers == 2
-        assert pool.executor.submit(pool.wrap(lambda: 6)).result() == 6
+        assert pool.executor.submit(lambda: 6).result() == 6
     with mpi_processes(None, 9, lambda: False) as pool:
         assert pool.workers == 3
+
+
+@pytest.mark.usefixtures("_mpi")
+def test_interrupts_end_jobs_and_not_workers() -> None:
+    """Ctrl-C is an exception of the job that runs, or of the next one."""
+
+    def interrupt() -> None:
+        signal.raise_signal(signal.SIGINT)
+
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, set())
+    try:
+        with mpi_processes(None, 1, lambda: False) as pool:
+            with pytest.raises(KeyboardInterrupt):
+                pool.wrap(interrupt)()
+            interrupt()
+            with pytest.raises(KeyboardInterrupt):
+                pool.wrap(lambda: 6)()
+            assert pool.wrap(lambda: 6)() == 6
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@pytest.mark.skipif(find_spec("mpi4py") is None or not MPIEXEC.exists(), reason="needs mpich")
+def test_an_mpi_run_that_ends_early_loses_nothing(tmp_path: Path) -> None:
+    """Three processes. A worker is killed: MPI ends all, and what had finished is there. It goes on, until Ctrl-C: one
+    line says how to resume, and nothing is left. The rest may be done without MPI."""
+    jobs, out = tmp_path / "jobs", tmp_path / "out"
+    jobs.mkdir()
+    journal = out / "jobs.jsonl"
+    command = [str(MPIEXEC), "-n", "3", sys.executable, "-m", "mpi4py.futures"]
+    command += ["-m", "tests.support.mpi_experiment", str(jobs), str(out)]
+
+    def wait_for_a_job() -> int:
+        """Wait until one waits and another has finished; return the id of the process that has begun the former."""
+        wait_until(lambda: any(file.read_text() for file in jobs.iterdir()), "a job has begun")
+        wait_until(journal.read_text, "another has finished")
+        return next(int(text) for file in jobs.iterdir() if (text := file.read_text()))
+
+    run = Process(command, tmp_path / "killed.log").start()
+    os.kill(wait_for_a_job(), signal.SIGKILL)
+    assert run.wait() != 0
+    finished = journal.read_text()
+    assert 0 < finished.count("\n") < 8
+
+    for file in jobs.iterdir():
+        file.unlink()
+    run = Process([*command, "--resume"], tmp_path / "interrupted.log").start()
+    wait_for_a_job()
+    os.killpg(run.pid, signal.SIGINT)  # as a terminal does
+    assert run.wait() == 0, run.output
+    assert "stopped; resume with: crcolony experiment fake --resume" in run.output
+    assert "Traceback" not in run.output
+    assert journal.read_text().startswith(finished)
+
+    request = Request(out=out, is_resumed=True)
+    assert run_experiment(fake_experiment(), REGISTRATION, request, here_and_now) == 0
+    assert len(read_rows(out)) == 8
 
 
 @pytest.mark.usefixtures("_mpi")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from crcolony.compiled import FloatArray, IntArray
-from crcolony.experiments.worlds.mountain_car import ACTIONS, draw_start, drive
+from crcolony.experiments.worlds.mountain_car import ACTIONS, MOST_STEPS, draw_start, drive
 from crcolony.experiments.worlds.mountain_car_genes import (
     ALPHA,
     CENTRES,
@@ -17,7 +17,7 @@ from crcolony.experiments.worlds.mountain_car_genes import (
     TAU_DECAY,
     car_schema,
 )
-from crcolony.experiments.worlds.mountain_car_lives import CODING, live_all, new_driver
+from crcolony.experiments.worlds.mountain_car_lives import CODING, learn, live_all, new_driver
 from crcolony.learning.features import NormalizedRBF
 from crcolony.learning.policies import hyperbolic_decay
 from crcolony.learning.sarsa_learner import SarsaLambda
@@ -85,6 +85,29 @@ def test_nothing_is_left_of_an_earlier_life() -> None:
         live_all(driver, np.stack([genes, other]), new_streams(1, (1,), 1)[0], steps)
         found.append(steps.tolist())
     assert found[0] == found[1]
+
+
+def test_a_life_may_be_lived_in_parts() -> None:
+    """What was learnt stays, temperatures go on to fade, and an episode that was given up may be the last of a part."""
+    genes = some_genes(3)
+    for decay, is_given_up in ((0.0, True), (0.4, False)):
+        genes[[ALPHA, TAU_DECAY]] = 0.2, decay
+        whole, parts = np.zeros((1, 5), dtype=np.int64), np.zeros(5, dtype=np.int64)
+        live_all(new_driver(), genes[None], new_streams(4, (1,), 1)[0], whole)
+        assert (whole[0, 2] == MOST_STEPS) == is_given_up
+        driver, stream = new_driver(), new_streams(4, (1,), 1)[0]
+        learn(driver, genes, 0, stream, parts[:3])
+        learn(driver, genes, 3, stream, parts[3:])
+        assert parts.tolist() == whole[0].tolist()
+
+
+def test_arrays_of_other_sizes_are_refused() -> None:
+    """Compiled code relies on theirs."""
+    driver = new_driver()
+    other = SarsaLambda(CODING, ACTIONS + 1, alpha=0.0, gamma=1.0, lambda_=0.0).learner
+    steps, stream = np.zeros((1, 1), dtype=np.int64), new_streams(1, (1,), 1)[0]
+    with pytest.raises(ValueError, match="not a driver of the mountain car"):
+        live_all(driver._replace(learner=other), some_genes(1)[None], stream, steps)
 
 
 def test_without_a_potential_it_learns_as_published() -> None:

@@ -15,8 +15,10 @@ settings.register_profile("repeatable", deadline=None, derandomize=True)
 settings.register_profile("explore", deadline=None, max_examples=1000)
 settings.load_profile("repeatable")
 
-# Under nohup SIGHUP stays ignored, also in the processes that tests start, and tests close terminals.
+# Under nohup, and behind a shell's &, signals stay ignored, also in the processes that tests start; tests close
+# terminals and press Ctrl-C.
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Arenas without a folder keep their keys in one of the user's.
 _STATE = tempfile.TemporaryDirectory(prefix="crcolony-state-")

@@ -1,10 +1,11 @@
 """Jobs go to the processes of an MPI run, which loses nothing that had finished; without one a line says how to start
 it."""
 
+import contextlib
 import os
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from importlib.util import find_spec
 from pathlib import Path
@@ -21,6 +22,21 @@ from tests.support.process import Process, wait_until
 
 MPIEXEC = Path(sys.executable).parent / "mpiexec"
 """Of the package mpich"""
+_ENDS_S = 60.0
+"""In which an MPI run has ended"""
+
+
+@contextlib.contextmanager
+def mpi_run(log: Path, *words: str) -> Iterator[Process]:
+    """Run the fake experiment with three processes, which are gone at the end of the context."""
+    command = [str(MPIEXEC), "-n", "3", sys.executable, "-m", "mpi4py.futures"]
+    run = Process([*command, "-m", "tests.support.mpi_experiment", *words], log).start()
+    try:
+        yield run
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(run.pid, signal.SIGKILL)
+        run.kill()
 
 
 class FakePool(ThreadPoolExecutor):
@@ -82,8 +98,6 @@ def test_an_mpi_run_that_ends_early_loses_nothing(tmp_path: Path) -> None:
     jobs, out = tmp_path / "jobs", tmp_path / "out"
     jobs.mkdir()
     journal = out / "jobs.jsonl"
-    command = [str(MPIEXEC), "-n", "3", sys.executable, "-m", "mpi4py.futures"]
-    command += ["-m", "tests.support.mpi_experiment", str(jobs), str(out)]
 
     def wait_for_a_job() -> int:
         """Wait until one waits and another has finished; return the id of the process that has begun the former."""
@@ -91,20 +105,20 @@ def test_an_mpi_run_that_ends_early_loses_nothing(tmp_path: Path) -> None:
         wait_until(journal.read_text, "another has finished")
         return next(int(text) for file in jobs.iterdir() if (text := file.read_text()))
 
-    run = Process(command, tmp_path / "killed.log").start()
-    os.kill(wait_for_a_job(), signal.SIGKILL)
-    assert run.wait() != 0
+    with mpi_run(tmp_path / "killed.log", str(jobs), str(out)) as run:
+        os.kill(wait_for_a_job(), signal.SIGKILL)
+        assert run.wait(_ENDS_S) != 0
     finished = journal.read_text()
     assert 0 < finished.count("\n") < 8
 
     for file in jobs.iterdir():
         file.unlink()
-    run = Process([*command, "--resume"], tmp_path / "interrupted.log").start()
-    wait_for_a_job()
-    os.killpg(run.pid, signal.SIGINT)  # as a terminal does
-    assert run.wait() == 0, run.output
-    assert "stopped; resume with: crcolony experiment fake --resume" in run.output
-    assert "Traceback" not in run.output
+    with mpi_run(tmp_path / "interrupted.log", str(jobs), str(out), "--resume") as run:
+        wait_for_a_job()
+        os.killpg(run.pid, signal.SIGINT)  # as a terminal does
+        assert run.wait(_ENDS_S) == 0, run.output
+        assert "stopped; resume with: crcolony experiment fake --resume" in run.output
+        assert "Traceback" not in run.output
     assert journal.read_text().startswith(finished)
 
     request = Request(out=out, is_resumed=True)

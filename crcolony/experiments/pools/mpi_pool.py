@@ -47,9 +47,16 @@ def _hold_interrupts() -> None:
 
 
 def _interruptible(job: Callable[[], Result]) -> Result:
-    """Call a job in a worker, which Ctrl-C ends: what came before it began counts, too."""
+    """Call a job in a worker, which Ctrl-C ends: what came before it began counts, too.
+
+    After that the worker does no other job, which it might be given before Ctrl-C has reached the main process.
+    """
     try:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         return job()
+    except KeyboardInterrupt:
+        _hold_interrupts()
+        signal.raise_signal(signal.SIGINT)  # waits for the next job
+        raise
     finally:
         _hold_interrupts()

@@ -72,23 +72,26 @@ def test_jobs_run_on_all_processes_but_this_one() -> None:
 
 
 @pytest.mark.usefixtures("_mpi")
-def test_interrupts_end_jobs_and_not_workers() -> None:
-    """Ctrl-C is an exception of the job that runs, or of the next one."""
+@pytest.mark.parametrize("is_idle", [True, False])
+def test_interrupts_end_jobs_and_not_workers(is_idle: bool) -> None:
+    """Ctrl-C is an exception of the job that runs, or of the next one, and of all later ones."""
 
     def interrupt() -> None:
         signal.raise_signal(signal.SIGINT)
 
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, set())
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         with mpi_processes(None, 1, lambda: False) as pool:
-            with pytest.raises(KeyboardInterrupt):
-                pool.wrap(interrupt)()
-            interrupt()
-            with pytest.raises(KeyboardInterrupt):
-                pool.wrap(lambda: 6)()
             assert pool.wrap(lambda: 6)() == 6
+            if is_idle:
+                interrupt()
+            for job in (interrupt, lambda: None, lambda: None):
+                with pytest.raises(KeyboardInterrupt):
+                    pool.wrap(job)()
     finally:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # it no longer waits
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.mark.skipif(find_spec("mpi4py") is None or not MPIEXEC.exists(), reason="needs mpich")

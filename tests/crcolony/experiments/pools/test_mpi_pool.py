@@ -79,6 +79,7 @@ def test_interrupts_end_jobs_and_not_workers(is_idle: bool) -> None:
     def interrupt() -> None:
         signal.raise_signal(signal.SIGINT)
 
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         with mpi_processes(None, 1, lambda: False) as pool:
@@ -91,7 +92,7 @@ def test_interrupts_end_jobs_and_not_workers(is_idle: bool) -> None:
     finally:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # it no longer waits
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGINT, handler)
 
 
 @pytest.mark.skipif(find_spec("mpi4py") is None or not MPIEXEC.exists(), reason="needs mpich")

@@ -23,12 +23,10 @@ from crcolony.experiments.framework.experiment import (
     Row,
     pairs_of,
     values_of,
-    verdict_of,
 )
-from crcolony.experiments.framework.measured_pairs import measured_pairs
+from crcolony.experiments.framework.measured_pairs import measured_ratio
 from crcolony.experiments.framework.quartile_curve import draw_quartiles, quartiles_of
 from crcolony.experiments.framework.registration import Claim
-from crcolony.experiments.framework.statistics import LEVEL, one_sided_p, ratio_interval
 from crcolony.in_process.colony import InProcessColony
 
 if TYPE_CHECKING:
@@ -100,15 +98,11 @@ def run(config: Config) -> list[Row]:
 def _ahead(column: str, way: str, claim: Claim, rows: Sequence[Row]) -> Measured:
     """Measure the ratio of a column, of an informed way over the random one."""
     own, others = pairs_of(rows, column, way, RANDOM)
-    ratio = ratio_interval(own, others)
-    p = one_sided_p(own - others, 0.0, "greater")
-    return measured_pairs(
-        ratio,
+    return measured_ratio(
+        claim,
         own,
         others,
         statistic=f"{own.mean():.3g} against {others.mean():.3g}; one-sided paired t-test, {own.size} pairs",
-        p=p,
-        verdict=verdict_of(ratio.estimate > claim.threshold and p < LEVEL),
     )
 
 

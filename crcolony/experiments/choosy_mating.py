@@ -8,12 +8,10 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from crcolony.config import load
 from crcolony.experiments.colonies.mating_traits import by_threshold
 from crcolony.experiments.colonies.trait_societies import (
     COLUMNS,
-    SMALL,
-    run_societies,
+    plan_societies,
     societies_of,
     society_ahead,
     trait_moves,
@@ -33,29 +31,12 @@ SOCIETIES = {
     CHOOSY: partial(by_threshold, threshold=CHOOSY_ENERGY),
     EVOLVING: partial(by_threshold, threshold=None),
 }
-FOUNDERS_GENERATIONS, GENERATIONS = 40, 25
-_QUICK = ("generations=3", "life.agents=4", "life.slices=2", "life.slice_steps=100")
-_QUICK_GENERATIONS = 3
+GENERATIONS = 25
 
 
 def plan_jobs(plan: Plan) -> list[Job]:
     """Return for each world and seed a run of the founders and then of all societies."""
-    quick = _QUICK if plan.is_quick else (SMALL, f"generations={FOUNDERS_GENERATIONS}")
-    generations = _QUICK_GENERATIONS if plan.is_quick else GENERATIONS
-    return [
-        Job(
-            world,
-            seed,
-            partial(
-                run_societies,
-                load(None, [f"seed={seed}", *settings, *quick]),
-                generations,
-                SOCIETIES,
-            ),
-        )
-        for seed in plan.seeds
-        for world, settings in WORLDS.items()
-    ]
+    return plan_societies(plan, WORLDS, GENERATIONS, SOCIETIES)
 
 
 def draw(rows: Sequence[Row]) -> "Figure":

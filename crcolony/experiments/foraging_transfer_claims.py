@@ -4,12 +4,11 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from crcolony.experiments.framework.experiment import Measured, Row, pairs_of, values_of, verdict_of
-from crcolony.experiments.framework.measured_pairs import measured_pairs
+from crcolony.experiments.framework.measured_pairs import measured_pairs, measured_ratio
 from crcolony.experiments.framework.registration import Claim
 from crcolony.experiments.framework.similar_curves import measure_similar_curves
 from crcolony.experiments.framework.statistics import (
     LEVEL,
-    effect_size,
     mean_interval,
     one_sided_p,
     ratio_interval,
@@ -29,15 +28,11 @@ def _similar_curves(body: str, claim: Claim, rows: Sequence[Row]) -> Measured:
 
 def _captures_more(column: str, claim: Claim, rows: Sequence[Row]) -> Measured:
     both, alone = pairs_of(rows, column, BOTH, META_ALONE)
-    ratio = ratio_interval(both, alone)
-    p = one_sided_p(both - alone, 0.0, "greater")
-    return measured_pairs(
-        ratio,
+    return measured_ratio(
+        claim,
         both,
         alone,
         statistic=f"{both.mean():.1f} against {alone.mean():.1f} packs; one-sided paired t-test, {both.size} pairs",
-        p=p,
-        verdict=verdict_of(ratio.estimate > claim.threshold and p < LEVEL),
     )
 
 
@@ -63,15 +58,13 @@ def _greedy(claim: Claim, rows: Sequence[Row]) -> Measured:
     evolved = values_of(rows, "temperature_end", BOTH)
     ratio = ratio_interval(evolved, founders)
     p = one_sided_p(evolved - founders, 0.0, "less")
-    return Measured(
-        estimate=ratio.estimate,
-        low=ratio.low,
-        high=ratio.high,
+    return measured_pairs(
+        ratio,
+        evolved,
+        founders,
         statistic=f"{evolved.mean():.2g} against {founders.mean():.2g}; one-sided paired t-test, {evolved.size} runs",
         p=p,
-        effect="A12",
-        effect_size=effect_size(evolved, founders),
-        runs=evolved.size,
+        runs_a_pair=1,
         verdict=verdict_of(ratio.estimate <= claim.threshold and p < LEVEL, p < LEVEL),
     )
 

@@ -9,12 +9,11 @@ from crcolony.compiled import FloatArray
 from crcolony.config import Config
 from crcolony.experiments.colonies.default_world_criteria import MARGIN
 from crcolony.experiments.framework.experiment import Measured, Row, pairs_of, values_of, verdict_of
-from crcolony.experiments.framework.measured_pairs import measured_pairs
+from crcolony.experiments.framework.measured_pairs import measured_pairs, measured_ratio
 from crcolony.experiments.framework.registration import Claim
 from crcolony.experiments.framework.similar_curves import measure_similar_curves
 from crcolony.experiments.framework.statistics import (
     LEVEL,
-    effect_size,
     equivalence,
     mean_interval,
     mean_pairwise_correlation,
@@ -48,15 +47,8 @@ def _parity(claim: Claim, rows: Sequence[Row]) -> Measured:
 
 def _better_start(claim: Claim, rows: Sequence[Row]) -> Measured:
     own, central = pairs_of(rows, "matings_early", IMPLICIT, CENTRAL)
-    ratio = ratio_interval(own, central)
-    p = one_sided_p(own - central, 0.0, "greater")
-    return measured_pairs(
-        ratio,
-        own,
-        central,
-        statistic=f"one-sided paired t-test, {own.size} pairs",
-        p=p,
-        verdict=verdict_of(ratio.estimate > claim.threshold and p < LEVEL),
+    return measured_ratio(
+        claim, own, central, statistic=f"one-sided paired t-test, {own.size} pairs"
     )
 
 
@@ -65,15 +57,13 @@ def _tau(module: str, claim: Claim, rows: Sequence[Row]) -> Measured:
     neutral = values_of(rows, f"{module}_tau_neutral", IMPLICIT)
     mean = mean_interval(evolved)
     p = one_sided_p(evolved - neutral, 0.0, "less")
-    return Measured(
-        estimate=mean.estimate,
-        low=mean.low,
-        high=mean.high,
+    return measured_pairs(
+        mean,
+        evolved,
+        neutral,
         statistic=f"neutral genes end at {neutral.mean():.2f}; one-sided paired t-test against them",
         p=p,
-        effect="A12",
-        effect_size=effect_size(evolved, neutral),
-        runs=evolved.size,
+        runs_a_pair=1,
         verdict=verdict_of(mean.estimate <= claim.threshold and p < LEVEL, p < LEVEL),
     )
 

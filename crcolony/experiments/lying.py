@@ -8,12 +8,10 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from crcolony.config import load
 from crcolony.experiments.colonies.mating_traits import by_shown_health
 from crcolony.experiments.colonies.trait_societies import (
     COLUMNS,
-    SMALL,
-    run_societies,
+    plan_societies,
     societies_of,
     society_ahead,
     trait_moves,
@@ -38,23 +36,12 @@ SOCIETIES = {
     LYING: partial(by_shown_health, lies=True, doubts=False),
     DOUBTING: partial(by_shown_health, lies=True, doubts=True),
 }
-FOUNDERS_GENERATIONS, GENERATIONS = 40, 30
-_QUICK = ("generations=3", "life.agents=4", "life.slices=2", "life.slice_steps=100")
-_QUICK_GENERATIONS = 3
+GENERATIONS = 30
 
 
 def plan_jobs(plan: Plan) -> list[Job]:
     """Return for each seed a run of the founders and then of all societies."""
-    quick = _QUICK if plan.is_quick else (SMALL, f"generations={FOUNDERS_GENERATIONS}")
-    generations = _QUICK_GENERATIONS if plan.is_quick else GENERATIONS
-    return [
-        Job(
-            WORLD,
-            seed,
-            partial(run_societies, load(None, [f"seed={seed}", *quick]), generations, SOCIETIES),
-        )
-        for seed in plan.seeds
-    ]
+    return plan_societies(plan, {WORLD: ()}, GENERATIONS, SOCIETIES)
 
 
 def draw(rows: Sequence[Row]) -> "Figure":

@@ -10,7 +10,6 @@ from crcolony.experiments.framework.measured_pairs import measured_pairs
 from crcolony.experiments.framework.registration import Claim
 from crcolony.experiments.framework.statistics import (
     LEVEL,
-    effect_size,
     mean_interval,
     one_sided_p,
     ratio_interval,
@@ -96,16 +95,14 @@ def _falls(condition: str, before: str, after: str, claim: Claim, rows: Sequence
     first, last = (values_of(rows, column, condition) for column in (before, after))
     ratio = ratio_interval(last, first)
     p = one_sided_p(last - first, 0.0, "less")
-    return Measured(
-        estimate=ratio.estimate,
-        low=ratio.low,
-        high=ratio.high,
+    return measured_pairs(
+        ratio,
+        last,
+        first,
         statistic=f"{last.mean():.2g} against {first.mean():.2g}, 0 in {int((last == 0.0).sum())} runs;"
         " one-sided paired t-test",
         p=p,
-        effect="A12",
-        effect_size=effect_size(last, first),
-        runs=last.size,
+        runs_a_pair=1,
         verdict=verdict_of(ratio.estimate <= claim.threshold and p < LEVEL, p < LEVEL),
     )
 

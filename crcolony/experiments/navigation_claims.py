@@ -2,11 +2,11 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from typing import Literal
 
 import numpy as np
-from scipy import stats
 
-from crcolony.compiled import BoolArray, FloatArray
+from crcolony.compiled import FloatArray
 from crcolony.experiments.framework.experiment import (
     CONDITION,
     SEED,
@@ -16,7 +16,8 @@ from crcolony.experiments.framework.experiment import (
     values_of,
     verdict_of,
 )
-from crcolony.experiments.framework.measured_pairs import measured_pairs
+from crcolony.experiments.framework.measured_pairs import measured_pairs, measured_ratio
+from crcolony.experiments.framework.measured_share import measured_share
 from crcolony.experiments.framework.registration import Claim
 from crcolony.experiments.framework.statistics import (
     LEVEL,
@@ -48,22 +49,18 @@ def _changes(
     condition: str,
     column: str,
     when: tuple[range, range],
-    rises: bool,
+    alternative: Literal["greater", "less"],
     claim: Claim,
     rows: Sequence[Row],
 ) -> Measured:
     """Measure the ratio of fitness at two times; it is above, or below, the threshold."""
     one, other = (fitness_of(rows, condition, column, generations) for generations in when)
-    ratio = ratio_interval(one, other)
-    p = one_sided_p(one - other, 0.0, "greater" if rises else "less")
-    is_met = ratio.estimate > claim.threshold if rises else ratio.estimate < claim.threshold
-    return measured_pairs(
-        ratio,
+    return measured_ratio(
+        claim,
         one,
         other,
         statistic=f"{one.mean():.3f} against {other.mean():.3f}; one-sided paired t-test, {one.size} runs",
-        p=p,
-        verdict=verdict_of(is_met and p < LEVEL),
+        alternative=alternative,
     )
 
 
@@ -82,29 +79,13 @@ def _reaches(
     )
 
 
-def _share(successes: BoolArray, claim: Claim) -> Measured:
-    """Measure a share of runs, against one half."""
-    found = stats.binomtest(int(successes.sum()), successes.size, 0.5, "greater")
-    interval = stats.binomtest(int(successes.sum()), successes.size).proportion_ci(1.0 - LEVEL)
-    share, p = float(successes.mean()), float(found.pvalue)
-    return Measured(
-        estimate=share,
-        low=float(interval.low),
-        high=float(interval.high),
-        statistic=f"{int(successes.sum())} of {successes.size} runs; exact binomial test against one half",
-        p=p,
-        runs=successes.size,
-        verdict=verdict_of(share >= claim.threshold and p < LEVEL, p < LEVEL),
-    )
-
-
 def _smooth(claim: Claim, rows: Sequence[Row]) -> Measured:
     touched, laps = (values_of(rows, name, KHEPERA) for name in ("touched", "laps"))
-    return _share((touched <= _TOUCHES) & (laps >= 1.0), claim)
+    return measured_share(claim, (touched <= _TOUCHES) & (laps >= 1.0))
 
 
 def _ahead(claim: Claim, rows: Sequence[Row]) -> Measured:
-    return _share(values_of(rows, "speed", KHEPERA) > 0.0, claim)
+    return measured_share(claim, values_of(rows, "speed", KHEPERA) > 0.0)
 
 
 def _below_full_speed(claim: Claim, rows: Sequence[Row]) -> Measured:
@@ -141,12 +122,12 @@ def _rocks(claim: Claim, rows: Sequence[Row]) -> Measured:
 
 
 MEASURES: Mapping[str, Callable[[Claim, Sequence[Row]], Measured]] = {
-    "rises": partial(_changes, KHEPERA, "best", (_FIFTY, _FIRST), True),
+    "rises": partial(_changes, KHEPERA, "best", (_FIFTY, _FIRST), "greater"),
     "plateau": partial(_reaches, KHEPERA, "best", (_FIFTY, _HUNDRED)),
     "smooth": _smooth,
     "more-sensors-ahead": _ahead,
     "below-full-speed": _below_full_speed,
-    "drop": partial(_changes, KOALA, "mean", (_AFTER, _BEFORE), False),
+    "drop": partial(_changes, KOALA, "mean", (_AFTER, _BEFORE), "less"),
     "readapts": partial(_reaches, KOALA, "mean", (_READAPTED, _BEFORE)),
     "rocks-on-the-spot": _rocks,
 }

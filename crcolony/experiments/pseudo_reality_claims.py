@@ -7,13 +7,12 @@ import numpy as np
 
 from crcolony.compiled import FloatArray
 from crcolony.experiments.framework.experiment import Measured, Row, values_of, verdict_of
-from crcolony.experiments.framework.measured_pairs import measured_pairs
+from crcolony.experiments.framework.measured_pairs import measured_pairs, measured_ratio
 from crcolony.experiments.framework.registration import Claim
 from crcolony.experiments.framework.statistics import (
     LEVEL,
     mean_interval,
     one_sided_p,
-    ratio_interval,
 )
 
 NEWBORN, FROZEN, LEARNING_ON = "newborn", "frozen", "learning_on"
@@ -70,16 +69,12 @@ def _cohen_d(differences: FloatArray) -> float:
 
 def _captures_more(column: str, home: str, claim: Claim, rows: Sequence[Row]) -> Measured:
     newborn, frozen = (values_of(rows, f"{column}_{one}_away", home) for one in (NEWBORN, FROZEN))
-    ratio = ratio_interval(newborn, frozen)
-    p = one_sided_p(newborn - frozen, 0.0, "greater")
-    return measured_pairs(
-        ratio,
+    return measured_ratio(
+        claim,
         newborn,
         frozen,
         statistic=f"{newborn.mean():.1f} against {frozen.mean():.1f} packs; one-sided paired t-test,"
         f" {newborn.size} pairs",
-        p=p,
-        verdict=verdict_of(ratio.estimate > claim.threshold and p < LEVEL),
         runs_a_pair=1,
     )
 

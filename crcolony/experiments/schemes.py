@@ -25,13 +25,12 @@ from crcolony.experiments.framework.experiment import (
     values_of,
     verdict_of,
 )
-from crcolony.experiments.framework.measured_pairs import measured_pairs
+from crcolony.experiments.framework.measured_pairs import measured_pairs, measured_ratio
 from crcolony.experiments.framework.registration import Claim
 from crcolony.experiments.framework.statistics import (
     LEVEL,
     mean_interval,
     one_sided_p,
-    ratio_interval,
 )
 from crcolony.experiments.worlds.phototaxis import HAND_DESIGNED, ROBOTS, random_weights, simulate
 from crcolony.results.generation_table import LAST_GENERATIONS
@@ -117,15 +116,11 @@ def _by_hand(name: str) -> str:
 def _ahead(one: str, other: str, column: str, claim: Claim, rows: Sequence[Row]) -> Measured:
     """Measure the ratio of a column of one condition over another."""
     own, others = pairs_of(rows, column, one, other)
-    ratio = ratio_interval(own, others)
-    p = one_sided_p(own - others, 0.0, "greater")
-    return measured_pairs(
-        ratio,
+    return measured_ratio(
+        claim,
         own,
         others,
         statistic=f"{own.mean():.3g} over {others.mean():.3g}; one-sided paired t-test, {own.size} pairs",
-        p=p,
-        verdict=verdict_of(ratio.estimate > claim.threshold and p < LEVEL),
     )
 
 

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import stats
 
-from crcolony.compiled import FloatArray
 from crcolony.experiments.colonies.population_regimes import (
     ZONES,
     Course,
@@ -34,6 +33,7 @@ from crcolony.experiments.framework.experiment import (
     values_of,
     verdict_of,
 )
+from crcolony.experiments.framework.measured_share import measured_share, share_interval
 from crcolony.experiments.framework.registration import Claim
 from crcolony.experiments.framework.statistics import LEVEL, mean_interval, one_sided_p
 
@@ -112,19 +112,7 @@ def _slope(values: Sequence[float]) -> float:
 
 
 def _completes(regime: str, claim: Claim, rows: Sequence[Row]) -> Measured:
-    completed = values_of(rows, "completed", regime)
-    found = stats.binomtest(int(completed.sum()), completed.size, 0.5, "greater")
-    low, high = _share_interval(completed)
-    share = float(completed.mean())
-    return Measured(
-        estimate=share,
-        low=low,
-        high=high,
-        statistic=f"{int(completed.sum())} of {completed.size} runs; exact binomial test against one half",
-        p=float(found.pvalue),
-        runs=completed.size,
-        verdict=verdict_of(share >= claim.threshold and found.pvalue < LEVEL, found.pvalue < LEVEL),
-    )
+    return measured_share(claim, values_of(rows, "completed", regime) > 0.0)
 
 
 def _never_completes(
@@ -135,32 +123,25 @@ def _never_completes(
     completed = values_of(rows, "completed", most)
     found = stats.binomtest(int(completed.sum()), completed.size, 0.5, "less")
     p = min(1.0, float(found.pvalue) * len(regimes))
-    low, high = _share_interval(completed)
-    share = float(completed.mean())
+    share = share_interval(completed > 0.0)
     first, last = (
         {end: values_of(rows, end, regime).mean() for end in ENDS}
         for regime in (regimes[0], regimes[-1])
     )
     is_flipped = first["extinct"] > first["exploded"] and last["exploded"] > last["extinct"]
     return Measured(
-        estimate=share,
-        low=low,
-        high=high,
+        estimate=share.estimate,
+        low=share.low,
+        high=share.high,
         statistic=f"most in {most}; {regimes[0]}: {first['extinct']:.0%} extinct, {first['exploded']:.0%}"
         f" exploded; {regimes[-1]}: {last['extinct']:.0%}, {last['exploded']:.0%}; exact binomial test",
         p=p,
         runs=len(regimes) * completed.size,
         verdict=verdict_of(
-            share <= claim.threshold and p < LEVEL and (is_flipped or not flips),
-            share <= claim.threshold,
+            share.estimate <= claim.threshold and p < LEVEL and (is_flipped or not flips),
+            share.estimate <= claim.threshold,
         ),
     )
-
-
-def _share_interval(successes: FloatArray) -> tuple[float, float]:
-    """Return the exact 95 % interval of a share (Clopper and Pearson 1934)."""
-    found = stats.binomtest(int(successes.sum()), successes.size).proportion_ci(1.0 - LEVEL)
-    return float(found.low), float(found.high)
 
 
 def _slope_of_matings(regime: str, sign: int, claim: Claim, rows: Sequence[Row]) -> Measured:

@@ -8,16 +8,9 @@ from crcolony.experiments.framework.experiment import (
     Row,
     pairs_of,
     values_of,
-    verdict_of,
 )
-from crcolony.experiments.framework.measured_pairs import measured_pairs
+from crcolony.experiments.framework.measured_pairs import measured_ratio
 from crcolony.experiments.framework.registration import Claim
-from crcolony.experiments.framework.statistics import (
-    LEVEL,
-    effect_size,
-    one_sided_p,
-    ratio_interval,
-)
 
 AUTONOMOUS, CENTRAL = "autonomous", "central"
 
@@ -27,33 +20,23 @@ def _has_more(
 ) -> Measured:
     """Measure that the runs of one selection have more of something than those of the other."""
     high, low = pairs_of(rows, column, more, less)
-    ratio = ratio_interval(high, low)
-    p = one_sided_p(high - low, 0.0, "greater")
-    return measured_pairs(
-        ratio,
+    return measured_ratio(
+        claim,
         high,
         low,
         statistic=f"{high.mean():.2f} against {low.mean():.2f} {unit}; one-sided paired t-test, {high.size} pairs",
-        p=p,
-        verdict=verdict_of(ratio.estimate > claim.threshold and p < LEVEL),
     )
 
 
 def _rises(before: str, after: str, unit: str, claim: Claim, rows: Sequence[Row]) -> Measured:
     """Measure that something rises, from one column to another, in the runs of autonomous selection."""
     early, late = (values_of(rows, column, AUTONOMOUS) for column in (before, after))
-    ratio = ratio_interval(late, early)
-    p = one_sided_p(late - early, 0.0, "greater")
-    return Measured(
-        estimate=ratio.estimate,
-        low=ratio.low,
-        high=ratio.high,
+    return measured_ratio(
+        claim,
+        late,
+        early,
         statistic=f"from {early.mean():.2f} to {late.mean():.2f} {unit}; one-sided paired t-test, {late.size} runs",
-        p=p,
-        effect="A12",
-        effect_size=effect_size(late, early),
-        runs=late.size,
-        verdict=verdict_of(ratio.estimate > claim.threshold and p < LEVEL),
+        runs_a_pair=1,
     )
 
 

@@ -4,31 +4,36 @@ A society is compared with another of the same seed: with the same founders, and
 """
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Literal
 
 import msgspec
 import numpy as np
-from scipy import stats
 
-from crcolony.config import Config
+from crcolony.config import Config, load
 from crcolony.experiments.colonies.colony_run import founders_of, run_colony
 from crcolony.experiments.colonies.mating_traits import NAMES, Acceptance
 from crcolony.experiments.colonies.trait_run import TraitRun, run_with_traits
 from crcolony.experiments.framework.experiment import (
     CONDITION,
     Column,
+    Job,
     Measured,
+    Plan,
     Row,
     pairs_of,
     verdict_of,
 )
-from crcolony.experiments.framework.measured_pairs import measured_pairs
+from crcolony.experiments.framework.measured_pairs import measured_pairs, measured_ratio
 from crcolony.experiments.framework.registration import Claim
-from crcolony.experiments.framework.statistics import LEVEL, mean_interval, ratio_interval
+from crcolony.experiments.framework.statistics import LEVEL, mean_interval, one_sided_p
 from crcolony.results.generation_table import LAST_GENERATIONS
 
 SMALL = "life.agents=10"
 """Half as many virtual agents in a robot as by default, so that all runs take minutes."""
+FOUNDERS_GENERATIONS = 40
+_QUICK = ("generations=3", "life.agents=4", "life.slices=2", "life.slice_steps=100")
+_QUICK_GENERATIONS = 3
 OUTCOMES = ("energy_weighted_matings", "matings", "captures", "energy", "starved")
 _FOUNDERS = "founders"
 _END = "mean of the last 10 generations"
@@ -46,6 +51,28 @@ COLUMNS = {
     "accepted": Column("share of the times that an agent met another in which it conceived"),
     "selection": Column("energy of the partners that agents conceive with, less that of all met"),
 }
+
+
+def plan_societies(
+    plan: Plan,
+    worlds: Mapping[str, Sequence[str]],
+    generations: int,
+    societies: Mapping[str, Acceptance],
+) -> list[Job]:
+    """Return for each seed and world, by its settings, a run of the founders and then of all societies."""
+    size = _QUICK if plan.is_quick else (SMALL, f"generations={FOUNDERS_GENERATIONS}")
+    lasting = _QUICK_GENERATIONS if plan.is_quick else generations
+    return [
+        Job(
+            world,
+            seed,
+            partial(
+                run_societies, load(None, [f"seed={seed}", *settings, *size]), lasting, societies
+            ),
+        )
+        for seed in plan.seeds
+        for world, settings in worlds.items()
+    ]
 
 
 def run_societies(
@@ -101,7 +128,7 @@ def trait_moves(
     """
     own, neutral = pairs_of(societies_of(rows, world), f"{trait}_end", one, other)
     difference = mean_interval(own - neutral)
-    p = float(stats.ttest_rel(sign * own, sign * neutral, alternative="greater").pvalue)
+    p = one_sided_p(own - neutral, 0.0, "greater" if sign > 0 else "less")
     is_met = sign * (difference.estimate - claim.threshold) > 0.0 and p < LEVEL
     return measured_pairs(
         difference,
@@ -125,13 +152,10 @@ def society_ahead(
 ) -> Measured:
     """Measure the ratio of a column of two societies, to be above (sign 1) or below the threshold."""
     own, others = pairs_of(societies_of(rows, world), column, one, other)
-    ratio = ratio_interval(own, others)
-    p = float(stats.ttest_rel(sign * own, sign * others, alternative="greater").pvalue)
-    return measured_pairs(
-        ratio,
+    return measured_ratio(
+        claim,
         own,
         others,
         statistic=f"{own.mean():.3g} against {others.mean():.3g}; one-sided paired t-test, {own.size} pairs",
-        p=p,
-        verdict=verdict_of(sign * (ratio.estimate - claim.threshold) > 0.0 and p < LEVEL),
+        alternative="greater" if sign > 0 else "less",
     )

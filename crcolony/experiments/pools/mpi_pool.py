@@ -4,6 +4,7 @@ import contextlib
 import signal
 from collections.abc import Callable, Iterator
 from functools import partial
+from types import FrameType
 from typing import TypeVar
 
 from crcolony.experiments.pools.worker_pool import ClusterError, WorkerPool
@@ -31,7 +32,7 @@ def mpi_processes(
             f"--executor mpi: no MPI library: {str(error).splitlines()[0]}"
         ) from None
     # The main module is the command `crcolony`, which is not for workers.
-    with MPIPoolExecutor(workers, initializer=_hold_interrupts, main=False) as executor:
+    with MPIPoolExecutor(workers, initializer=hold_interrupts, main=False) as executor:
         present = executor.num_workers
         if present < 1:
             raise ClusterError(
@@ -41,22 +42,35 @@ def mpi_processes(
         executor.shutdown(wait=False, cancel_futures=True)
 
 
-def _hold_interrupts() -> None:
-    """Let Ctrl-C wait: it would end an idle worker, and MPI all others with it."""
-    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+class _Interrupts:
+    """The handler of Ctrl-C in a worker: it ends the job that runs, or the next one, and all that follow.
+
+    An idle worker goes on, since MPI would end all others with it. One that has ended a job takes no other, which it
+    might be given before Ctrl-C has reached the main process.
+    """
+
+    def __init__(self) -> None:
+        self.is_working = self.has_come = False
+
+    def __call__(self, _number: int, _frame: FrameType | None) -> None:
+        self.has_come = True
+        if self.is_working:
+            raise KeyboardInterrupt
+
+
+def hold_interrupts() -> None:
+    """Let Ctrl-C end jobs in this worker, and not the worker."""
+    signal.signal(signal.SIGINT, _Interrupts())
 
 
 def _interruptible(job: Callable[[], Result]) -> Result:
-    """Call a job in a worker, which Ctrl-C ends: what came before it began counts, too.
-
-    After that the worker does no other job, which it might be given before Ctrl-C has reached the main process.
-    """
+    """Call a job in a worker, which Ctrl-C ends: what came before it began counts, too."""
+    interrupts = signal.getsignal(signal.SIGINT)
+    assert isinstance(interrupts, _Interrupts)
     try:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        interrupts.is_working = True
+        if interrupts.has_come:
+            raise KeyboardInterrupt
         return job()
-    except KeyboardInterrupt:
-        _hold_interrupts()
-        signal.raise_signal(signal.SIGINT)  # waits for the next job
-        raise
     finally:
-        _hold_interrupts()
+        interrupts.is_working = False

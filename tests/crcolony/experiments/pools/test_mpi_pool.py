@@ -15,7 +15,7 @@ import pytest
 
 from crcolony.experiments.framework.run_experiment import Request, run_experiment
 from crcolony.experiments.framework.tidy_table import read_rows
-from crcolony.experiments.pools.mpi_pool import mpi_processes
+from crcolony.experiments.pools.mpi_pool import hold_interrupts, mpi_processes
 from crcolony.experiments.pools.worker_pool import ClusterError
 from tests.support.fake_experiment import REGISTRATION, fake_experiment, here_and_now
 from tests.support.process import Process, wait_until
@@ -79,10 +79,10 @@ def test_interrupts_end_jobs_and_not_workers(is_idle: bool) -> None:
     def interrupt() -> None:
         signal.raise_signal(signal.SIGINT)
 
-    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    handler = signal.getsignal(signal.SIGINT)
     try:
         with mpi_processes(None, 1, lambda: False) as pool:
+            hold_interrupts()  # as each worker does
             assert pool.wrap(lambda: 6)() == 6
             if is_idle:
                 interrupt()
@@ -90,8 +90,6 @@ def test_interrupts_end_jobs_and_not_workers(is_idle: bool) -> None:
                 with pytest.raises(KeyboardInterrupt):
                     pool.wrap(job)()
     finally:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # it no longer waits
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
         signal.signal(signal.SIGINT, handler)
 
 
